@@ -1,0 +1,95 @@
+// What travels on the bus, as plain structs: the rooms speak these, `io` translates them from and to LCM types.
+// Field meanings and units are those of the .lcm files of the same names.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/types.hpp"
+
+namespace slipstream {
+
+struct Header {
+  Utime utime = 0;          // simulation time
+  std::int64_t seq = 0;     // per sender and channel, from 0, without gaps
+  std::int64_t run_id = 0;  // the run this message belongs to
+};
+
+struct RunDescriptor {
+  Header header;
+  std::string name;                      // identifies the experiment: the same scenario and seed give the same name
+  std::string scenario_toml;             // resolved: every default filled in
+  std::string clock;                     // "lockstep", "realtime" or "free"
+  std::vector<std::string> truth_names;  // of Truth::value, with the unit as suffix
+  std::vector<std::string> truth_units;
+};
+
+// A scalar on the bus: the sensors and the input. `quantity` is its name with the unit as suffix, e.g. "wheel_speed_radps".
+struct Reading {
+  Header header;
+  std::string quantity;
+  double value = 0.0;
+};
+
+struct Truth {
+  Header header;
+  std::vector<double> value;  // NaN where the plant does not know it (recorded drives)
+};
+
+enum class EstimateStatus : std::int8_t {
+  kValid = 0,
+  kInitialising = 1,  // no measurement yet that fixes the start
+  kFallback = 2,      // the solver did not converge; the estimate is the stated fallback's
+  kInvalid = 3,       // not finite, or the covariance is not positive: do not use
+};
+
+struct Estimate {
+  Header header;
+  std::string name;
+  EstimateStatus status = EstimateStatus::kInitialising;
+  std::vector<double> mean;                   // n
+  std::vector<double> covariance;             // n x n, row-major
+  std::vector<std::string> innovation_of;     // m quantities measured in this step
+  std::vector<double> innovation;             // m: measurement minus prediction
+  std::vector<double> innovation_covariance;  // m x m, row-major
+  double step_time_us = 0.0;                  // wall-clock time of predict and update
+  std::int64_t messages_lost = 0;             // gaps in the sequence numbers of what this estimator received, since it joined
+  std::int64_t messages_rejected = 0;         // received but unusable: not finite, out of order, malformed
+};
+
+enum class Presence : std::int8_t { kJoined = 0, kAlive = 1, kLeft = 2 };
+
+struct Announcement {
+  Header header;
+  std::string name;
+  std::string role;       // "estimator" or "monitor"
+  std::string algorithm;  // empty for a monitor
+  std::string tuning;
+  std::string model;
+  std::vector<std::string> state_names;
+  std::vector<std::string> state_units;
+  Presence presence = Presence::kJoined;
+};
+
+enum class Command : std::int8_t { kRun = 0, kPause = 1, kStep = 2, kStop = 3 };
+
+struct Control {
+  Header header;
+  Command command = Command::kRun;
+};
+
+enum class RunState : std::int8_t { kRunning = 0, kPaused = 1, kEnded = 2 };
+
+// "Everything up to utime has been published."
+struct Tick {
+  Header header;
+  RunState state = RunState::kRunning;
+};
+
+// "I have processed everything up to utime": the lockstep reply to a Tick.
+struct Progress {
+  Header header;
+  std::string name;
+};
+
+}  // namespace slipstream

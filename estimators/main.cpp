@@ -1,0 +1,155 @@
+// slipstream-estimator: follows the runs on the bus with one algorithm, and publishes its estimates.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+
+#include "common/refusal.hpp"
+#include "estimators/registry.hpp"
+#include "estimators/session.hpp"
+#include "io/bus.hpp"
+#include "io/command_line.hpp"
+#include "io/interrupt.hpp"
+#include "io/scenario_reader.hpp"
+
+namespace slipstream {
+namespace {
+
+constexpr double kAlivePeriod_s = 1.0;
+
+struct Options {
+  std::string algorithm = "ekf", name, tuning, config, url = kDefaultLcmUrl, out;
+  bool once = false;
+};
+
+class Program {
+ public:
+  explicit Program(const Options& options) : options_(options), bus_(options.url, options.out) {
+    Handlers h;
+    h.run = [this](const RunDescriptor& r) { on_run(r); };
+    h.tick = [this](const Tick& t) { on_tick(t); };
+    h.reading = [this](const Reading& r) {
+      if (of_this_run(r.header)) session_->on_reading(r);
+    };
+    h.rejected = [this](const std::string& channel, const std::string& reason) {
+      if (session_) session_->on_rejected();
+      say(fmt::format("ignored a message on {}: {}", channel, reason));
+    };
+    bus_.subscribe(h);
+  }
+
+  int run() {
+    announce(Presence::kJoined);
+    bool more = true;
+    while (more && !interrupted() && !(options_.once && runs_ended_ > 0)) {
+      more = bus_.poll(100);
+      if (std::chrono::steady_clock::now() - announced_ >= std::chrono::duration<double>(kAlivePeriod_s))
+        announce(Presence::kAlive);
+    }
+    if (!more && runs_seen_ == 0)
+      throw Refusal(fmt::format("{}: the log has no run descriptor; nothing to estimate", options_.url));
+    announce(Presence::kLeft);
+    return 0;
+  }
+
+ private:
+  bool of_this_run(const Header& h) const { return session_ && h.run_id == run_id_; }
+
+  void on_run(const RunDescriptor& r) {
+    if (session_ && r.header.run_id == run_id_) return;
+    LoadedScenario loaded = load_scenario_text(r.scenario_toml, fmt::format("scenario of run {}", r.name));
+    if (!options_.config.empty()) loaded = with_estimator_config(loaded, options_.config);
+    const EstimatorConfig& config = loaded.scenario.estimator;
+    tuning_ = options_.tuning.empty() ? config.tuning : options_.tuning;
+    std::unique_ptr<Estimator> estimator = make_estimator(options_.algorithm, loaded.scenario, tuning_);
+    session_.emplace(options_.name, r.header.run_id, loaded.scenario, config.tunings.at(tuning_), std::move(estimator),
+                     [this](const Estimate& e) { bus_.publish(e); });
+    run_id_ = r.header.run_id;
+    lockstep_ = r.clock == "lockstep";
+    progress_seq_ = 0;
+    ++runs_seen_;
+    say(fmt::format("follows run {} ({}, tuning {})", r.name, options_.algorithm, tuning_));
+    announce(Presence::kAlive);
+  }
+
+  void on_tick(const Tick& t) {
+    if (!of_this_run(t.header)) return;
+    session_->on_tick(t.header.utime);
+    if (lockstep_) bus_.publish(Progress{{t.header.utime, progress_seq_++, run_id_}, options_.name});
+    if (t.state != RunState::kEnded) return;
+    say("the run has ended");
+    session_.reset();
+    ++runs_ended_;
+  }
+
+  void announce(Presence presence) {
+    Announcement a;
+    a.header = {session_ ? std::max<Utime>(session_->processed_utime(), 0) : 0, announce_seq_++, session_ ? run_id_ : 0};
+    a.name = options_.name;
+    a.role = "estimator";
+    a.algorithm = options_.algorithm;
+    a.tuning = tuning_;
+    if (session_) {
+      const ModelNames names = session_->estimator().names();
+      a.model = names.model;
+      for (const Quantity& q : names.states) {
+        a.state_names.emplace_back(q.name);
+        a.state_units.emplace_back(q.unit);
+      }
+    }
+    a.presence = presence;
+    bus_.publish(a);
+    announced_ = std::chrono::steady_clock::now();
+  }
+
+  void say(const std::string& line) const {
+    fmt::print("slipstream-estimator {}: {}\n", options_.name, line);
+    std::fflush(stdout);
+  }
+
+  const Options options_;
+  Bus bus_;
+  std::optional<EstimatorSession> session_;
+  std::int64_t run_id_ = 0;
+  std::string tuning_;
+  bool lockstep_ = false;
+  std::int64_t announce_seq_ = 0, progress_seq_ = 0;
+  int runs_seen_ = 0, runs_ended_ = 0;
+  std::chrono::steady_clock::time_point announced_;
+};
+
+int run(int argc, char** argv) {
+  Options o;
+  CommandLine line("slipstream-estimator", "Follows the runs on the bus with one algorithm, and publishes its estimates.");
+  line.option("--algorithm", o.algorithm, fmt::format("one of: {}", fmt::join(algorithm_names(), ", ")));
+  line.option("--name", o.name, "name of this participant, unique on the bus; default: the algorithm");
+  line.option("--tuning", o.tuning, "one of the scenario's [tuning.NAME]; default: the scenario's choice");
+  line.option("--config", o.config, "file whose [estimator] and [tuning] keys stand in place of the scenario's");
+  line.option("--lcm-url", o.url, "the bus, or file://LOG?speed=0 to estimate from a log");
+  line.option("--out", o.out, "with a log: the log that the estimates are written to");
+  line.flag("--once", o.once, "exit at the end of the first run");
+  line.parse(argc, argv);
+
+  const std::vector<std::string> known = algorithm_names();
+  if (std::find(known.begin(), known.end(), o.algorithm) == known.end())
+    throw Refusal(fmt::format("--algorithm: unknown algorithm '{}'; expected one of: {}", o.algorithm, fmt::join(known, ", ")));
+  if (o.name.empty()) o.name = o.algorithm;
+  if (!is_valid_name(o.name))
+    throw Refusal(fmt::format("--name: '{}' is no name; expected 1 to 32 of A-Z a-z 0-9 _ -", o.name));
+  if (!o.config.empty() && !std::filesystem::is_regular_file(o.config))
+    throw Refusal(fmt::format("{}: no such file", o.config));
+
+  catch_interrupts();
+  return Program(o).run();
+}
+
+}  // namespace
+}  // namespace slipstream
+
+int main(int argc, char** argv) {
+  return slipstream::run_main("slipstream-estimator", [&] { return slipstream::run(argc, argv); });
+}

@@ -1,0 +1,42 @@
+#include "estimators/mhe.hpp"
+
+#include <fmt/format.h>
+
+#include "estimators/algorithms.hpp"
+
+namespace slipstream {
+
+namespace {
+
+// The weights of the document's form, taken for inverse variances wherever a Gaussian quantity is formed from them.
+template <ProcessModel M>
+Belief<M> weights_as_noise(Belief<M> belief, const Tuning& tuning) {
+  const auto v = belief_detail::by_name(tuning.measurement_weight, M::kOutputNames, 0.0);
+  for (int k = 0; k < M::kOutputs; ++k) {
+    if (v[k] <= 0.0)
+      throw Refusal(fmt::format("tuning: measurement_weight.{} is missing, expected a positive weight for single_shooting",
+                                M::kOutputNames[static_cast<std::size_t>(k)].name));
+    belief.noise[static_cast<std::size_t>(k)] = {0.0, 1.0 / std::sqrt(v[k])};
+  }
+  return belief;
+}
+
+}  // namespace
+
+std::unique_ptr<Estimator> make_mhe(const Scenario& scenario, const Tuning& tuning) {
+  return std::visit(
+      [&]<typename M>(const M& model) -> std::unique_ptr<Estimator> {
+        const Belief<M> belief = make_belief(model, scenario, tuning);
+        if (tuning.mhe_form == "single_shooting")
+          return std::make_unique<MheSingleShooting<M>>(weights_as_noise(belief, tuning), tuning.mhe_window,
+                                                        belief_detail::by_name(tuning.arrival_weight, M::kStateNames, 0.0));
+        for (int k = 0; k < M::kStates; ++k)
+          if (belief.initial_variance[k] <= 0.0)
+            throw Refusal(fmt::format("tuning: initial_variance.{} is {}, expected a number greater than 0 for mhe",
+                                      M::kStateNames[static_cast<std::size_t>(k)].name, belief.initial_variance[k]));
+        return std::make_unique<Mhe<M>>(belief, tuning.mhe_window);
+      },
+      tuning.process ? *tuning.process : scenario.estimator.process);
+}
+
+}  // namespace slipstream

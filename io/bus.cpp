@@ -1,0 +1,167 @@
+#include "io/bus.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "common/refusal.hpp"
+#include "io/layout.hpp"
+#include "io/translate.hpp"
+#include "io/transport.hpp"
+
+namespace slipstream {
+
+namespace {
+
+// Inputs and sensors: a scalar each. A new one is one line here.
+struct ScalarChannel {
+  const char* channel;
+  const char* quantity;
+  double (*decode)(const void* data, int size, Header& header);
+  std::vector<std::uint8_t> (*encode)(const Header& header, double value);
+};
+
+template <typename M>
+M decoded(const void* data, int size) {
+  M m{};
+  wire::require(m.decode(data, 0, size) >= 0, "not a message of the channel's type");
+  return m;
+}
+template <typename M>
+std::vector<std::uint8_t> encoded(const M& m) {
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(m.getEncodedSize()));
+  m.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return bytes;
+}
+template <typename M, double M::*Field>
+constexpr ScalarChannel scalar(const char* channel, const char* quantity) {
+  return {channel, quantity,
+          [](const void* data, int size, Header& header) {
+            const M m = decoded<M>(data, size);
+            header = wire::header_of(m);
+            return m.*Field;
+          },
+          [](const Header& header, double value) {
+            M m = wire::with_header<M>(header);
+            m.*Field = value;
+            return encoded(m);
+          }};
+}
+
+constexpr std::array kScalarChannels{
+    scalar<slipstream::drive_torque, &slipstream::drive_torque::drive_torque_nm>("DRIVE_TORQUE", "drive_torque_nm"),
+    scalar<slipstream::wheel_speed, &slipstream::wheel_speed::wheel_speed_radps>("SENSOR_WHEEL_SPEED", "wheel_speed_radps"),
+    scalar<slipstream::accelerometer, &slipstream::accelerometer::a_x_mps2>("SENSOR_ACCELEROMETER", "a_x_mps2"),
+};
+
+constexpr const char* kEstimatePrefix = "ESTIMATE_";
+
+}  // namespace
+
+bool is_valid_name(const std::string& name) { return wire::all_of(name, 32, "_-"); }
+
+struct Bus::Impl {
+  std::unique_ptr<Transport> transport;
+  Handlers handlers;
+
+  // Everything thrown by the checks becomes a rejection; what a handler throws goes through.
+  void on_message(const std::string& channel, std::int64_t wall_utime, const void* data, std::size_t size) {
+    if (handlers.raw) handlers.raw(channel, wall_utime, data, size);
+    std::function<void()> call;
+    try {
+      call = checked(channel, data, size);
+    } catch (const std::exception& e) {
+      if (handlers.rejected) handlers.rejected(channel, e.what());
+      return;
+    }
+    if (call) call();
+  }
+
+  template <typename M, typename Handler>
+  std::function<void()> checked_as(const void* data, std::size_t size, const char* layout, const Handler& handler) {
+    if (!handler) return {};
+    wire::require(fits_layout(data, size, layout), "its length does not fit its contents");
+    return [message = wire::from_wire(decoded<M>(data, static_cast<int>(size))), &handler] { handler(message); };
+  }
+
+  std::function<void()> checked(const std::string& channel, const void* data, std::size_t size) {
+    if (channel == "RUN") return checked_as<slipstream::run_descriptor>(data, size, "qqqsssnSS", handlers.run);
+    if (channel == "TICK") return checked_as<slipstream::tick>(data, size, "qqqb", handlers.tick);
+    if (channel == "TRUTH") return checked_as<slipstream::truth>(data, size, "qqqnD", handlers.truth);
+    if (channel == "ANNOUNCE") return checked_as<slipstream::announcement>(data, size, "qqqsssssnSSb", handlers.announcement);
+    if (channel == "PROGRESS") return checked_as<slipstream::progress>(data, size, "qqqs", handlers.progress);
+    if (channel == "CONTROL") return checked_as<slipstream::control>(data, size, "qqqb", handlers.control);
+    if (channel.rfind(kEstimatePrefix, 0) == 0)
+      return checked_as<slipstream::estimate>(data, size, "qqqsbnDMnSDMdqq", handlers.estimate);
+    if (!handlers.reading) return {};
+    for (const ScalarChannel& s : kScalarChannels) {
+      if (channel != s.channel) continue;
+      wire::require(fits_layout(data, size, "qqqd"), "its length does not fit its contents");
+      Reading reading;
+      reading.quantity = s.quantity;
+      reading.value = s.decode(data, static_cast<int>(size), reading.header);
+      wire::require(std::isfinite(reading.value), "its value is not finite");
+      return [this, reading] { handlers.reading(reading); };
+    }
+    return {};
+  }
+
+  template <typename M>
+  void send(const std::string& channel, const M& message) {
+    const std::vector<std::uint8_t> bytes = encoded(wire::to_wire(message));
+    transport->publish(channel, bytes.data(), bytes.size());
+  }
+};
+
+Bus::Bus(const std::string& lcm_url, const std::string& log_out) : impl_(std::make_unique<Impl>()) {
+  const bool is_log = lcm_url.rfind("file://", 0) == 0;
+  if (!log_out.empty() && !is_log) throw Refusal("--out: goes with a log: --lcm-url 'file://LOG?speed=0'");
+  impl_->transport = is_log ? open_log(lcm_url, log_out) : open_network(lcm_url);
+}
+
+Bus::~Bus() = default;
+
+void Bus::subscribe(Handlers handlers) {
+  Impl& s = *impl_;
+  s.handlers = std::move(handlers);
+  std::vector<std::string> channels;
+  const Handlers& h = s.handlers;
+  if (h.raw) {
+    channels = {".*"};
+  } else {
+    if (h.run) channels.emplace_back("RUN");
+    if (h.tick) channels.emplace_back("TICK");
+    if (h.truth) channels.emplace_back("TRUTH");
+    if (h.announcement) channels.emplace_back("ANNOUNCE");
+    if (h.progress) channels.emplace_back("PROGRESS");
+    if (h.control) channels.emplace_back("CONTROL");
+    if (h.estimate) channels.emplace_back(std::string(kEstimatePrefix) + ".*");
+    if (h.reading)
+      for (const ScalarChannel& c : kScalarChannels) channels.emplace_back(c.channel);
+  }
+  s.transport->subscribe(channels, [&s](const std::string& channel, std::int64_t wall_utime, const void* data,
+                                        std::size_t size) { s.on_message(channel, wall_utime, data, size); });
+}
+
+bool Bus::poll(int timeout_ms) { return impl_->transport->poll(timeout_ms); }
+
+void Bus::publish(const RunDescriptor& m) { impl_->send("RUN", m); }
+void Bus::publish(const Truth& m) { impl_->send("TRUTH", m); }
+void Bus::publish(const Tick& m) { impl_->send("TICK", m); }
+void Bus::publish(const Estimate& m) { impl_->send(kEstimatePrefix + m.name, m); }
+void Bus::publish(const Announcement& m) { impl_->send("ANNOUNCE", m); }
+void Bus::publish(const Progress& m) { impl_->send("PROGRESS", m); }
+void Bus::publish(const Control& m) { impl_->send("CONTROL", m); }
+void Bus::publish(const Reading& m) {
+  for (const ScalarChannel& s : kScalarChannels) {
+    if (m.quantity != s.quantity) continue;
+    const std::vector<std::uint8_t> bytes = s.encode(m.header, m.value);
+    impl_->transport->publish(s.channel, bytes.data(), bytes.size());
+    return;
+  }
+  throw std::logic_error(fmt::format("no channel carries '{}'", m.quantity));
+}
+
+}  // namespace slipstream

@@ -1,0 +1,128 @@
+#include "io/estimator_section.hpp"
+
+#include <algorithm>
+
+#include "io/registry_names.hpp"
+
+namespace slipstream {
+namespace {
+
+// Two visitors of common/parameters.hpp that carry parameters of the same key and kind from one struct to another: what an
+// estimator believes is what the vehicle is, unless the scenario says otherwise.
+struct ParameterValues {
+  std::map<std::string, double> numbers;
+  std::map<std::string, std::vector<double>> lists;
+  std::map<std::string, std::string> choices;
+  std::map<std::string, bool> flags;
+};
+
+struct CollectParameters {
+  ParameterValues& values;
+  void number(const std::string& key, const double& field, const Range&) { values.numbers[key] = field; }
+  void list(const std::string& key, const std::vector<double>& field, const Range&) { values.lists[key] = field; }
+  void choice(const std::string& key, const std::string& field, const Choices&) { values.choices[key] = field; }
+  void flag(const std::string& key, const bool& field) { values.flags[key] = field; }
+};
+
+struct ApplyParameters {
+  const ParameterValues& values;
+  template <typename Map, typename Field>
+  static void apply(const Map& map, const std::string& key, Field& field) {
+    if (const auto found = map.find(key); found != map.end()) field = found->second;
+  }
+  void number(const std::string& key, double& field, const Range&) { apply(values.numbers, key, field); }
+  void list(const std::string& key, std::vector<double>& field, const Range&) { apply(values.lists, key, field); }
+  void choice(const std::string& key, std::string& field, const Choices&) { apply(values.choices, key, field); }
+  void flag(const std::string& key, bool& field) { apply(values.flags, key, field); }
+};
+
+void read_model(TomlTable& t, AnyProcess& process, const Scenario& scenario) {
+  std::string type;
+  t.type(type, registered_names<AnyProcess>());
+  process = make_registered<AnyProcess>(type);
+  ParameterValues values;
+  CollectParameters collect{values};
+  if (!scenario.recorded) std::visit([&](const auto& v) { v.visit_parameters(v, collect); }, scenario.plant.vehicle);
+  ApplyParameters apply{values};
+  std::visit(
+      [&](auto& p) {
+        p.visit_parameters(p, apply);
+        p.visit_parameters(p, t);
+      },
+      process);
+}
+
+// What the maps of a tuning may name, and what they must.
+struct ModelNames {
+  std::vector<std::string> states, outputs;
+  std::vector<std::string> measured;  // the outputs that the scenario has a sensor for
+};
+
+ModelNames model_names(const Scenario& scenario) {
+  ModelNames names;
+  std::visit(
+      [&](const auto& p) {
+        names.states = names_of(p.kStateNames);
+        names.outputs = names_of(p.kOutputNames);
+      },
+      scenario.estimator.process);
+  for (const std::string& output : names.outputs)
+    for (const SensorConfig& sensor : scenario.sensors)
+      if (sensor.quantity == output) names.measured.push_back(output);
+  return names;
+}
+
+void read_tuning(TomlTable& t, Tuning& tuning, const ModelNames& names) {
+  using Names = std::vector<std::string>;
+  t.only({"measurement_noise", "measurement_variance", "process_noise", "process_variance", "start", "initial_mean",
+          "initial_variance", "mhe_form", "mhe_window", "arrival_weight", "measurement_weight"});
+  t.choice("measurement_noise", tuning.measurement_noise, {"sensors", "given"});
+  t.numbers("measurement_variance", tuning.measurement_variance, names.outputs,
+            tuning.measurement_noise == "given" ? names.measured : Names{}, positive());
+  t.choice("process_noise", tuning.process_noise, {"density", "step"});
+  t.numbers("process_variance", tuning.process_variance, names.states, names.states, non_negative());
+  t.choice("start", tuning.start, {"given", "measured"});
+  const bool given = tuning.start == "given";
+  if (!given)
+    for (const std::string& state : names.states) tuning.initial_mean[state] = 0.0;
+  t.numbers("initial_mean", tuning.initial_mean, names.states, given ? names.states : Names{}, any_number());
+  t.numbers("initial_variance", tuning.initial_variance, names.states, names.states, positive());
+
+  t.choice("mhe_form", tuning.mhe_form, {"multiple_shooting", "single_shooting"});
+  const bool single = tuning.mhe_form == "single_shooting";
+  t.integer("mhe_window", tuning.mhe_window, 1, 1000);
+  t.numbers("arrival_weight", tuning.arrival_weight, names.states, single ? names.states : Names{}, non_negative());
+  t.numbers("measurement_weight", tuning.measurement_weight, names.outputs, single ? names.measured : Names{}, non_negative());
+}
+
+}  // namespace
+
+void read_estimator(TomlTable& root, Scenario& scenario, const TextForm& name_form) {
+  EstimatorConfig& estimator = scenario.estimator;
+  const std::vector<std::string> tunings = root.keys_of("tuning");
+  if (tunings.empty()) root.refuse("tuning", "expected at least one table [tuning.NAME]");
+  for (const std::string& name : tunings)
+    if (!name_form.accepts(name)) root.refuse("tuning", std::string("expected tables named by ") + name_form.expected);
+
+  ModelNames names;
+  root.table("estimator", [&](TomlTable& t) {
+    t.only({"tuning", "model", "bounds"});
+    t.choice("tuning", estimator.tuning, tunings);
+    t.table("model", [&](TomlTable& m) { read_model(m, estimator.process, scenario); });
+    names = model_names(scenario);
+    t.table("bounds", [&](TomlTable& b) {
+      b.numbers("lower", estimator.lower_bound, names.states, {}, any_number());
+      b.numbers("upper", estimator.upper_bound, names.states, {}, any_number());
+      for (const auto& [state, lower] : estimator.lower_bound)
+        if (const auto upper = estimator.upper_bound.find(state);
+            upper != estimator.upper_bound.end() && !(lower < upper->second))
+          b.refuse("upper", "of '" + state + "' is not greater than its lower bound");
+    });
+  });
+  root.table("tuning", [&](TomlTable& t) {
+    for (const std::string& name : tunings)
+      t.table(name, [&](TomlTable& one) { read_tuning(one, estimator.tunings[name], names); });
+  });
+}
+
+}  // namespace slipstream

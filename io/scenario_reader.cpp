@@ -1,0 +1,235 @@
+#include "io/scenario_reader.hpp"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "common/refusal.hpp"
+#include "io/bus.hpp"
+#include "io/estimator_section.hpp"
+#include "io/registry_names.hpp"
+#include "io/suggest.hpp"
+#include "io/text_file.hpp"
+#include "io/toml_reader.hpp"
+
+namespace slipstream {
+namespace {
+
+constexpr Range kRate{0.0, 1e4, true};  // Hz; so a period is at least 100 us, rounded to whole microseconds
+constexpr Range kWallTime{0.0, 86400.0, true};
+constexpr double kLongestRun_s = 1e6;
+constexpr std::int64_t kLargestSeed = std::int64_t{1} << 53;  // whole numbers that every TOML and JSON reader keeps exactly
+constexpr int kDeepestBase = 8;
+
+const TextForm kName{is_valid_name, "a name of 1 to 32 characters A-Z a-z 0-9 _ -"};
+const TextForm kAnyText{[](const std::string&) { return true; }, "text"};
+const TextForm kColumn{[](const std::string& s) { return !s.empty(); }, "the name of a column"};
+const TextForm kDataFile{[](const std::string& s) {
+                           const std::filesystem::path path(s);
+                           return !s.empty() && path.is_relative() &&
+                                  std::none_of(path.begin(), path.end(), [](const auto& part) { return part == ".."; });
+                         },
+                         "a file inside the data folder"};
+
+// --- Sections ---------------------------------------------------------------------------------------------------------
+
+void read_run(TomlTable& t, RunConfig& run, bool recorded) {
+  if (recorded) run.duration_s = 0.0;
+  t.integer("seed", run.seed, 0, kLargestSeed);
+  t.number("duration_s", run.duration_s, Range{0.0, kLongestRun_s, !recorded});
+  t.choice("clock", run.clock, {"lockstep", "realtime", "free"});
+  t.number("realtime_factor", run.realtime_factor, between(1e-3, 1e3));
+  t.texts("wait_for", run.wait_for, kName);
+  t.number("start_timeout_s", run.start_timeout_s, kWallTime);
+  t.number("late_timeout_s", run.late_timeout_s, kWallTime);
+  t.number("deadline_s", run.deadline_s, between(0.0, 3600.0));
+}
+
+void read_plant(TomlTable& t, PlantConfig& plant) {
+  t.number("input_rate_hz", plant.input_rate_hz, kRate);
+  t.number("truth_rate_hz", plant.truth_rate_hz, kRate);
+  t.number("relative_tolerance", plant.relative_tolerance, between(1e-14, 1e-2));
+  t.number("absolute_tolerance", plant.absolute_tolerance, between(1e-16, 1e-2));
+}
+
+void read_vehicle(TomlTable& t, AnyVehicle& vehicle, const std::string& source) {
+  std::string type;
+  t.type(type, registered_names<AnyVehicle>());
+  vehicle = make_registered<AnyVehicle>(type);
+  std::visit([&](auto& v) { v.visit_parameters(v, t); }, vehicle);
+  try {
+    std::visit([](auto& v) { v.prepare(); }, vehicle);
+  } catch (const Refusal& refusal) {
+    throw Refusal(source + ": " + refusal.what());
+  }
+}
+
+void read_sensors(TomlTable& t, std::vector<SensorConfig>& sensors) {
+  t.only(sensor_names());
+  for (const SensorType& type : kSensorTypes) {
+    const std::string name(type.name);
+    if (!t.has(name)) continue;
+    SensorConfig sensor{name, std::string(type.quantity.name), 100.0, {}};
+    t.table(name, [&](TomlTable& s) {
+      double noise_percent = 0.0;
+      s.require("rate_hz");
+      s.number("rate_hz", sensor.rate_hz, kRate);
+      s.number("noise_percent", noise_percent, between(0.0, 1000.0));
+      s.number(std::string(type.noise_key), sensor.noise.absolute, between(0.0, 1e9));
+      sensor.noise.relative = noise_percent / 100.0;
+    });
+    sensors.push_back(sensor);
+  }
+}
+
+// `admissible`: the quantities that may be recorded here, each at most once.
+void read_columns(TomlTable& t, const std::string& key, std::vector<RecordedColumn>& columns,
+                  const std::vector<std::string>& admissible) {
+  t.tables(key, [&](TomlTable& c) {
+    RecordedColumn column;
+    c.only({"quantity", "file", "column", "scale", "offset"});
+    for (const char* required : {"quantity", "file", "column"}) c.require(required);
+    if (c.has("quantity")) {
+      c.text("quantity", column.quantity, kAnyText);
+      if (std::find(admissible.begin(), admissible.end(), column.quantity) == admissible.end())
+        c.refuse("quantity", "unknown quantity '" + printable(column.quantity) + "'" + suggestion(column.quantity, admissible));
+      for (const RecordedColumn& other : columns)
+        if (other.quantity == column.quantity) c.refuse("quantity", "'" + column.quantity + "' is recorded twice");
+    }
+    if (c.has("file")) c.text("file", column.file, kDataFile);
+    if (c.has("column")) c.text("column", column.column, kColumn);
+    c.number("scale", column.scale, any_number());
+    if (column.scale == 0.0) c.refuse("scale", "found 0, expected a number other than 0");
+    c.number("offset", column.offset, any_number());
+    columns.push_back(column);
+  });
+}
+
+void read_path_speed(TomlTable& t, RecordedPathSpeed& path) {
+  t.only({"file", "x_column", "y_column", "yaw_column", "window_s", "max_residual_m"});
+  t.require("file");
+  if (t.has("file")) t.text("file", path.file, kDataFile);
+  t.text("x_column", path.x_column, kColumn);
+  t.text("y_column", path.y_column, kColumn);
+  t.text("yaw_column", path.yaw_column, kAnyText);
+  t.number("window_s", path.window_s, Range{0.0, 10.0, true});
+  t.number("max_residual_m", path.max_residual_m, Range{0.0, 1e3, true});
+}
+
+void read_recorded(TomlTable& t, RecordedConfig& recorded, const std::vector<SensorConfig>& sensors) {
+  t.only({"time_column", "sensor", "input", "truth", "path_speed"});
+  t.text("time_column", recorded.time_column, kColumn);
+  std::vector<std::string> measured, inputs, known;
+  for (const SensorConfig& sensor : sensors) measured.push_back(sensor.quantity);
+  for_each_alternative<AnyProcess>([&](const auto& process) {
+    for (const Quantity& q : std::remove_cvref_t<decltype(process)>::kInputNames) inputs.emplace_back(q.name);
+  });
+  for (const Quantity& q : known_quantities()) known.emplace_back(q.name);
+  read_columns(t, "sensor", recorded.sensors, measured);
+  read_columns(t, "input", recorded.inputs, inputs);
+  read_columns(t, "truth", recorded.truth, known);
+  if (t.has("path_speed")) {
+    recorded.path_speed.emplace();
+    t.table("path_speed", [&](TomlTable& p) { read_path_speed(p, *recorded.path_speed); });
+  }
+  const auto has = [](const std::vector<RecordedColumn>& columns, const std::string& quantity) {
+    return std::any_of(columns.begin(), columns.end(), [&](const RecordedColumn& c) { return c.quantity == quantity; });
+  };
+  for (const SensorConfig& sensor : sensors)
+    if (!has(recorded.sensors, sensor.quantity))
+      t.refuse("sensor", "no column for '" + sensor.quantity + "' of [sensor." + sensor.type + "]");
+  if (recorded.path_speed && has(recorded.truth, "speed_mps"))
+    t.refuse("path_speed", "'speed_mps' is also in [[recorded.truth]]");
+}
+
+// What one section asks of another.
+void check_together(const TomlTable& root, const Scenario& s) {
+  if (s.sensors.empty()) root.refuse("sensor", "no sensor" + suggestion("", sensor_names()));
+  if (s.recorded) {
+    std::visit(
+        [&](const auto& process) {
+          for (const Quantity& q : process.kInputNames)
+            if (std::none_of(s.recorded->inputs.begin(), s.recorded->inputs.end(),
+                             [&](const RecordedColumn& c) { return c.quantity == q.name; }))
+              root.refuse("recorded", "no input '" + std::string(q.name) + "', which the model '" + std::string(process.kName) +
+                                          "' of [estimator.model] needs");
+        },
+        s.estimator.process);
+    return;
+  }
+  std::visit(
+      [&](const auto& vehicle) {
+        const auto shown = names_of(vehicle.kTruth);
+        for (const SensorConfig& sensor : s.sensors)
+          if (std::find(shown.begin(), shown.end(), sensor.quantity) == shown.end())
+            root.refuse("sensor", "the vehicle '" + std::string(vehicle.kName) + "' does not show '" + sensor.quantity +
+                                      "', which [sensor." + sensor.type + "] measures");
+      },
+      s.plant.vehicle);
+}
+
+LoadedScenario resolve(const TomlDocument& document, const std::string& source) {
+  LoadedScenario loaded;
+  Scenario& s = loaded.scenario;
+  loaded.resolved_toml = document.read([&](TomlTable& root) {
+    root.only({"name", "description", "run", "plant", "vehicle", "recorded", "sensor", "estimator", "tuning"});
+    const bool simulated = root.has("vehicle"), recorded = root.has("recorded");
+    if (simulated == recorded)
+      throw Refusal(source + ": expected either [vehicle] or [recorded], found " + (simulated ? "both" : "neither"));
+    if (recorded && root.has("plant")) root.refuse("plant", "only a simulated [vehicle] has a plant, not [recorded]");
+
+    if (!root.has("name")) throw Refusal(source + ": missing key 'name'");
+    root.text("name", s.name, kName);
+    root.text("description", s.description, kAnyText);
+    root.table("run", [&](TomlTable& t) { read_run(t, s.run, recorded); });
+    if (simulated) {
+      root.table("plant", [&](TomlTable& t) { read_plant(t, s.plant); });
+      root.table("vehicle", [&](TomlTable& t) { read_vehicle(t, s.plant.vehicle, source); });
+    }
+    root.table("sensor", [&](TomlTable& t) { read_sensors(t, s.sensors); });
+    if (recorded) root.table("recorded", [&](TomlTable& t) { read_recorded(t, s.recorded.emplace(), s.sensors); });
+    read_estimator(root, s, kName);
+    check_together(root, s);
+  });
+  return loaded;
+}
+
+// --- Files ------------------------------------------------------------------------------------------------------------
+
+TomlDocument read_with_base(const std::string& path, const std::string& named_by, int depth) {
+  TomlDocument document(read_text_file(path, named_by), path);
+  std::string position;
+  const std::string base = document.take_text("base", position);
+  if (base.empty()) return document;
+  if (depth == kDeepestBase)
+    throw Refusal(position + "more than " + std::to_string(kDeepestBase) + " bases, one upon the other");
+  TomlDocument under = read_with_base((std::filesystem::path(path).parent_path() / base).string(), position, depth + 1);
+  under.merge(std::move(document));
+  return under;
+}
+
+}  // namespace
+
+LoadedScenario load_scenario_file(const std::string& path, const std::vector<std::string>& overrides) {
+  TomlDocument document = read_with_base(path, "", 0);
+  for (const std::string& text : overrides) document.merge(TomlDocument::assignment(text));
+  return resolve(document, path);
+}
+
+LoadedScenario load_scenario_text(const std::string& toml, const std::string& source_name) {
+  TomlDocument document(toml, source_name);
+  std::string position;
+  if (!document.take_text("base", position).empty())
+    throw Refusal(position + "a scenario that is not read from a file cannot have a base");
+  return resolve(document, source_name);
+}
+
+LoadedScenario with_estimator_config(const LoadedScenario& loaded, const std::string& path) {
+  const std::string source = "scenario " + loaded.scenario.name;
+  TomlDocument config(read_text_file(path), path);
+  config.read([](TomlTable& root) { root.only({"estimator", "tuning"}); });
+  TomlDocument document(loaded.resolved_toml, source);
+  document.merge(std::move(config));
+  return resolve(document, source);
+}
+
+}  // namespace slipstream

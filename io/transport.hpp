@@ -1,0 +1,29 @@
+// Where encoded messages come from and go to: an LCM network, or a log file read at a chosen speed. Only bus.cpp includes this.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace slipstream {
+
+using RawHandler = std::function<void(const std::string& channel, std::int64_t wall_utime, const void* data, std::size_t size)>;
+
+class Transport {
+ public:
+  virtual ~Transport() = default;
+  // Literal channels, or patterns of the form PREFIX.* ; call once.
+  virtual void subscribe(const std::vector<std::string>& channels, RawHandler handler) = 0;
+  // Waits up to timeout_ms, then handles all that is pending. False when nothing can follow.
+  virtual bool poll(int timeout_ms) = 0;
+  virtual void publish(const std::string& channel, const void* data, std::size_t size) = 0;
+};
+
+// udpm://, and whatever else LCM opens.
+std::unique_ptr<Transport> open_network(const std::string& url);
+// file://PATH?speed=S: S = 0 as fast as possible, 1 as recorded. What is published goes to `out_path` (empty: nowhere).
+std::unique_ptr<Transport> open_log(const std::string& url, const std::string& out_path);
+
+}  // namespace slipstream

@@ -1,0 +1,31 @@
+// What an estimator's process model must offer: a smooth x' = f(x, u), the outputs h(x, u) that sensors measure, and the names
+// by which sensors, truth and estimates find each other. It says what the estimator believes, never what the plant is.
+//
+// Process models are plain structs in models/processes; models/registry.hpp lists them.
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <string_view>
+
+#include "common/types.hpp"
+#include "models/vehicle.hpp"
+
+namespace slipstream {
+
+template <typename M>
+concept ProcessModel = requires(const M model, Vector<double, M::kStates> x, Vector<double, M::kInputs> u) {
+  { M::kName } -> std::convertible_to<std::string_view>;
+  { M::kStates } -> std::convertible_to<int>;
+  { M::kInputs } -> std::convertible_to<int>;
+  { M::kOutputs } -> std::convertible_to<int>;
+  M::kStateNames;   // std::array<Quantity, kStates>
+  M::kInputNames;   // std::array<Quantity, kInputs>
+  M::kOutputNames;  // std::array<Quantity, kOutputs>: the quantities of the sensors it can use
+  model.template derivative<double>(x, u);
+  model.template output<double>(x, u);
+  // The state that one measured output implies, for a start on the move; false if that output does not fix a start.
+  { model.start_from(0, 0.0, x) } -> std::same_as<bool>;
+};
+
+}  // namespace slipstream

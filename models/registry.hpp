@@ -1,0 +1,14 @@
+// The lists that a new vehicle or process model is added to: one line each.
+#pragma once
+
+#include <variant>
+
+#include "models/processes/longitudinal_friction.hpp"
+#include "models/vehicles/unimog.hpp"
+
+namespace slipstream {
+
+using AnyVehicle = std::variant<Unimog>;
+using AnyProcess = std::variant<LongitudinalFriction>;
+
+}  // namespace slipstream

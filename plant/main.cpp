@@ -1,0 +1,130 @@
+// slipstream-plant: plays a scenario's drive, simulated or recorded, on the bus.
+#include <fmt/format.h>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <utility>
+
+#include "common/random.hpp"
+#include "common/refusal.hpp"
+#include "io/bus.hpp"
+#include "io/command_line.hpp"
+#include "io/interrupt.hpp"
+#include "io/recorded_files.hpp"
+#include "io/scenario_reader.hpp"
+#include "plant/conductor.hpp"
+#include "plant/recorded_drive.hpp"
+#include "plant/simulated_drive.hpp"
+
+namespace slipstream {
+namespace {
+
+class BusStage final : public Stage {
+ public:
+  explicit BusStage(Bus& bus) : bus_(bus) {}
+  void publish(const RunDescriptor& m) override { bus_.publish(m); }
+  void publish(const Reading& m) override { bus_.publish(m); }
+  void publish(const Truth& m) override { bus_.publish(m); }
+  void publish(const Tick& m) override { bus_.publish(m); }
+  void poll(int timeout_ms) override { bus_.poll(timeout_ms); }
+  void say(const std::string& line) override {
+    fmt::print("slipstream-plant: {}\n", line);
+    std::fflush(stdout);
+  }
+  bool interrupted() const override { return slipstream::interrupted(); }
+
+ private:
+  Bus& bus_;
+};
+
+std::unique_ptr<DriveSource> make_drive(const Scenario& scenario, const std::string& data_dir) {
+  if (!scenario.recorded) {
+    if (!data_dir.empty())
+      throw Refusal(fmt::format("--data: scenario '{}' is simulated and reads no recorded drive", scenario.name));
+    return make_simulated_drive(scenario);
+  }
+  if (data_dir.empty())
+    throw Refusal(
+        fmt::format("scenario '{}' plays a recorded drive: name the folder with its files by --data DIR", scenario.name));
+  return std::make_unique<RecordedDrive>(load_recorded(*scenario.recorded, data_dir), scenario.run.duration_s);
+}
+
+// Names the experiment, not the start: the same resolved scenario gives the same name.
+std::string run_name(const LoadedScenario& loaded) {
+  return fmt::format("{}-{:08x}", loaded.scenario.name, static_cast<std::uint32_t>(hash64(loaded.resolved_toml)));
+}
+
+std::vector<std::string> split(const std::string& list) {
+  std::vector<std::string> items;
+  std::string item;
+  for (const char c : list + ",") {
+    if (c != ',') {
+      item += c;
+      continue;
+    }
+    if (!is_valid_name(item))
+      throw Refusal(fmt::format("--wait-for: '{}' is no participant's name; expected NAME[,NAME...] or none", item));
+    items.push_back(std::exchange(item, ""));
+  }
+  return items;
+}
+
+int run(int argc, char** argv) {
+  std::string path, url = kDefaultLcmUrl, data_dir, wait_for, clock;
+  std::vector<std::string> overrides;
+  CommandLine line("slipstream-plant", "Plays a scenario's drive, simulated or recorded, on the bus.");
+  line.positional("SCENARIO", path, "scenario file (TOML)", true);
+  line.option("--set", overrides, "KEY=VALUE in place of the scenario's, e.g. run.seed=7; may be repeated");
+  line.option("--clock", clock, "lockstep, realtime or free, in place of the scenario's");
+  line.option("--wait-for", wait_for, "participants that must be there before the run starts, NAME[,NAME...] or none");
+  line.option("--data", data_dir, "folder with the files of a recorded drive");
+  line.option("--lcm-url", url, "the bus");
+  line.parse(argc, argv);
+
+  if (!clock.empty()) overrides.push_back("run.clock=" + clock);
+  LoadedScenario loaded = load_scenario_file(path, overrides);
+  Scenario& scenario = loaded.scenario;
+  if (!wait_for.empty()) scenario.run.wait_for = wait_for == "none" ? std::vector<std::string>{} : split(wait_for);
+  const std::unique_ptr<DriveSource> drive = make_drive(scenario, data_dir);
+
+  catch_interrupts();
+  Bus bus(url);
+  BusStage stage(bus);
+  RunDescriptor descriptor;
+  // Unique per start: a restarted plant is a new run.
+  descriptor.header.run_id =
+      std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  descriptor.name = run_name(loaded);
+  descriptor.scenario_toml = loaded.resolved_toml;
+  descriptor.clock = scenario.run.clock;
+  descriptor.truth_names = drive->truth_names();
+  descriptor.truth_units = drive->truth_units();
+  Conductor conductor(scenario.run, descriptor, *drive, stage);
+  Handlers handlers;
+  handlers.announcement = [&](const Announcement& a) { conductor.on_announcement(a); };
+  handlers.progress = [&](const Progress& p) { conductor.on_progress(p); };
+  handlers.control = [&](const Control& c) { conductor.on_control(c); };
+  handlers.rejected = [&](const std::string& channel, const std::string& reason) {
+    stage.say(fmt::format("ignored a message on {}: {}", channel, reason));
+  };
+  bus.subscribe(handlers);
+
+  stage.say(
+      fmt::format("run {} ({}, {} clock)", descriptor.name, scenario.recorded ? "recorded" : "simulated", scenario.run.clock));
+  const RunSummary summary = conductor.play();
+  stage.say(fmt::format("{} after {:.3f} s of simulation in {:.3f} s: {:.3g} times real time{}",
+                        summary.complete ? "finished" : "stopped", summary.simulated_s, summary.wall_s,
+                        summary.simulated_s / std::max(summary.wall_s, 1e-9),
+                        scenario.run.clock == "realtime" ? fmt::format(" ({} asked for)", scenario.run.realtime_factor) : ""));
+  return 0;
+}
+
+}  // namespace
+}  // namespace slipstream
+
+int main(int argc, char** argv) {
+  return slipstream::run_main("slipstream-plant", [&] { return slipstream::run(argc, argv); });
+}

@@ -1,0 +1,17 @@
+// A simulated drive: the scenario's vehicle integrated by CVODE and measured by the scenario's sensors.
+//
+// Every channel has its own rate: its k-th sample is at round(k / rate) microseconds, so no period drifts. Sample times do not
+// restart the integrator. Each sensor draws its noise from a stream of its own name (common/random.hpp).
+#pragma once
+
+#include <memory>
+
+#include "models/scenario.hpp"
+#include "plant/drive_source.hpp"
+
+namespace slipstream {
+
+// Refuses a sensor whose quantity the vehicle does not have.
+std::unique_ptr<DriveSource> make_simulated_drive(const Scenario& scenario);
+
+}  // namespace slipstream
