@@ -72,10 +72,10 @@ ModelNames model_names(const Scenario& scenario) {
   return names;
 }
 
-void read_tuning(TomlTable& t, Tuning& tuning, const ModelNames& names) {
+void read_tuning(TomlTable& t, Tuning& tuning, const ModelNames& names, const AnyProcess& process) {
   using Names = std::vector<std::string>;
   t.only({"measurement_noise", "measurement_variance", "process_noise", "process_variance", "start", "initial_mean",
-          "initial_variance", "mhe_form", "mhe_window", "arrival_weight", "measurement_weight"});
+          "initial_variance", "mhe_form", "mhe_window", "arrival_weight", "measurement_weight", "model"});
   t.choice("measurement_noise", tuning.measurement_noise, {"sensors", "given"});
   t.numbers("measurement_variance", tuning.measurement_variance, names.outputs,
             tuning.measurement_noise == "given" ? names.measured : Names{}, positive());
@@ -93,6 +93,10 @@ void read_tuning(TomlTable& t, Tuning& tuning, const ModelNames& names) {
   t.integer("mhe_window", tuning.mhe_window, 1, 1000);
   t.numbers("arrival_weight", tuning.arrival_weight, names.states, single ? names.states : Names{}, non_negative());
   t.numbers("measurement_weight", tuning.measurement_weight, names.outputs, single ? names.measured : Names{}, non_negative());
+
+  if (!t.has("model")) return;
+  tuning.process = process;
+  t.table("model", [&](TomlTable& m) { std::visit([&](auto& p) { p.visit_parameters(p, m); }, *tuning.process); });
 }
 
 }  // namespace
@@ -121,7 +125,7 @@ void read_estimator(TomlTable& root, Scenario& scenario, const TextForm& name_fo
   });
   root.table("tuning", [&](TomlTable& t) {
     for (const std::string& name : tunings)
-      t.table(name, [&](TomlTable& one) { read_tuning(one, estimator.tunings[name], names); });
+      t.table(name, [&](TomlTable& one) { read_tuning(one, estimator.tunings[name], names, estimator.process); });
   });
 }
 

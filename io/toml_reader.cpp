@@ -149,7 +149,7 @@ void TomlTable::list(const std::string& key, std::vector<double>& field, const R
     field.clear();
     for (const toml::node& item : *items) field.push_back(impl_->number_of(item, key, each));
   }
-  impl_->print(key, "[" + joined(field, toml_number) + "]");
+  impl_->print(key, bracketed(joined(field, toml_number)));
 }
 
 void TomlTable::choice(const std::string& key, std::string& field, const Choices& options) {
@@ -200,7 +200,7 @@ void TomlTable::texts(const std::string& key, std::vector<std::string>& field, c
       field.push_back(text);
     }
   }
-  impl_->print(key, "[" + joined(field, toml_text) + "]");
+  impl_->print(key, bracketed(joined(field, toml_text)));
 }
 
 void TomlTable::type(std::string& field, const Choices& options) {
@@ -220,8 +220,8 @@ void TomlTable::numbers(const std::string& key, std::map<std::string, double>& f
   if (const toml::node* const node = impl_->find(key)) {
     if (!node->is_table()) impl_->refuse(*node, key, "a table of numbers");
     const std::string path = impl_->name(key);
-    const Impl inner{node->as_table(), path,  "[" + path + "]", impl_->position(*node), impl_->document,
-                     nullptr,          names, required};
+    const Impl inner{node->as_table(), path,    bracketed(path), impl_->position(*node),
+                     impl_->document,  nullptr, names,           required};
     inner.finish();
     for (auto&& [name, value] : *node->as_table()) {
       const std::string item(name.str());
@@ -258,7 +258,7 @@ void TomlTable::table(const std::string& key, const Body& body) {
   const toml::node* const node = impl_->find(key);
   if (node && !node->is_table()) impl_->refuse(*node, key, "a table");
   const std::string path = impl_->name(key);
-  TomlTable inner(std::make_shared<Impl>(Impl{node ? node->as_table() : nullptr, path, "[" + path + "]",
+  TomlTable inner(std::make_shared<Impl>(Impl{node ? node->as_table() : nullptr, path, bracketed(path),
                                               node ? impl_->position(*node) : impl_->here, impl_->document, impl_->printer}));
   body(inner);
   inner.impl_->finish();
@@ -273,7 +273,7 @@ void TomlTable::tables(const std::string& key, const Body& body) {
   for (const toml::node& item : *items) {
     if (!item.is_table()) impl_->refuse(item, key, "a list of tables");
     TomlTable inner(std::make_shared<Impl>(
-        Impl{item.as_table(), path, "[[" + path + "]]", impl_->position(item), impl_->document, impl_->printer}));
+        Impl{item.as_table(), path, bracketed(bracketed(path)), impl_->position(item), impl_->document, impl_->printer}));
     body(inner);
     inner.impl_->finish();
   }

@@ -22,6 +22,9 @@ std::string expected_number(const Range& range, bool found_finite = true);
 // "one of "a", "b""
 std::string expected_choice(const Choices& options);
 
+// "[inner]"
+inline std::string bracketed(const std::string& inner) { return std::string("[").append(inner).append("]"); }
+
 template <typename Items, typename Print>
 std::string joined(const Items& items, const Print& print) {
   std::string line;

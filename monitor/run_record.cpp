@@ -1,0 +1,173 @@
+#include "monitor/run_record.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "monitor/scores.hpp"
+#include "monitor/text.hpp"
+
+namespace slipstream {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kMaxRows = 4'000'000;  // per series: 11 hours at 100 Hz
+constexpr std::size_t kMaxNames = 64;        // estimators, and quantities
+constexpr std::size_t kMaxStates = 64;
+
+bool all_finite(const std::vector<double>& values) {
+  return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
+bool all_safe(const std::vector<std::string>& names) {
+  return std::all_of(names.begin(), names.end(), [](const std::string& name) { return is_safe_name(name); });
+}
+
+// The entry of a name, made if there is room for it; null if not, or if the name is unsafe.
+template <typename Record>
+Record* entry(std::map<std::string, Record>& records, const std::string& name) {
+  const auto found = records.find(name);
+  if (found != records.end()) return &found->second;
+  if (!is_safe_name(name) || records.size() >= kMaxNames) return nullptr;
+  return &records[name];
+}
+
+// Whether a row at utime may follow.
+bool is_newer(const std::vector<Utime>& rows, Utime utime, SequenceCheck& sequence) {
+  if (rows.empty() || utime > rows.back()) return true;
+  ++sequence.out_of_order;
+  return false;
+}
+
+bool fits(const Estimate& m) {
+  const std::size_t n = m.mean.size(), measured = m.innovation.size();
+  return n > 0 && n <= kMaxStates && m.covariance.size() == n * n && measured <= kMaxStates &&
+         m.innovation_of.size() == measured && m.innovation_covariance.size() == measured * measured &&
+         all_safe(m.innovation_of);
+}
+
+}  // namespace
+
+bool SequenceCheck::accept(std::int64_t seq) {
+  if (newest >= 0 && seq <= newest) {
+    ++out_of_order;
+    return false;
+  }
+  if (newest >= 0) lost += seq - newest - 1;
+  newest = seq;
+  return true;
+}
+
+double EstimatorRecord::sigma(std::size_t row, std::size_t state) const {
+  const double variance = covariance[row * states * states + state * states + state];
+  return variance > 0.0 && std::isfinite(variance) ? std::sqrt(variance) : kNan;
+}
+
+RunRecord::RunRecord(RunInfo info) : info_(std::move(info)) { truth_.column.resize(info_.truth_names.size()); }
+
+void RunRecord::add(const Truth& m) {
+  if (m.value.size() != truth_.column.size() || truth_.utime.size() >= kMaxRows) {
+    ++rejected_;
+    return;
+  }
+  if (!truth_.sequence.accept(m.header.seq) || !is_newer(truth_.utime, m.header.utime, truth_.sequence)) return;
+  truth_.utime.push_back(m.header.utime);
+  for (std::size_t i = 0; i < m.value.size(); ++i) truth_.column[i].push_back(std::isfinite(m.value[i]) ? m.value[i] : kNan);
+}
+
+void RunRecord::add(const Reading& m) {
+  ReadingRecord* record = entry(readings_, m.quantity);
+  if (!record || !std::isfinite(m.value) || record->utime.size() >= kMaxRows) {
+    ++rejected_;
+    return;
+  }
+  if (!record->sequence.accept(m.header.seq) || !is_newer(record->utime, m.header.utime, record->sequence)) return;
+  record->utime.push_back(m.header.utime);
+  record->value.push_back(m.value);
+}
+
+void RunRecord::add(const Announcement& m) {
+  EstimatorRecord* record = entry(estimators_, m.name);
+  const std::size_t n = m.state_names.size();
+  const bool other_size = record && record->states != 0 && record->states != n;
+  if (!record || n == 0 || n > kMaxStates || m.state_units.size() != n || !all_safe(m.state_names) || other_size) {
+    ++rejected_;
+    return;
+  }
+  // Who joins again counts from 0 again.
+  if (m.presence == Presence::kJoined && record->presence == Presence::kLeft) record->sequence.newest = -1;
+  record->algorithm = plain_line(m.algorithm);
+  record->tuning = plain_line(m.tuning);
+  record->model = plain_line(m.model);
+  record->state_names = m.state_names;
+  record->state_units = m.state_units;
+  record->presence = m.presence;
+}
+
+void RunRecord::add(const Estimate& m) {
+  EstimatorRecord* record = entry(estimators_, m.name);
+  if (!record) {
+    ++rejected_;
+    return;
+  }
+  EstimatorRecord& r = *record;
+  if (r.states == 0 && fits(m) && (r.state_names.empty() || r.state_names.size() == m.mean.size())) {
+    r.states = m.mean.size();
+    r.mean.resize(r.states);
+  }
+  if (!fits(m) || m.mean.size() != r.states || r.utime.size() >= kMaxRows) {
+    ++r.rejected;
+    return;
+  }
+  r.reported_lost = m.messages_lost;
+  r.reported_rejected = m.messages_rejected;
+  if (!r.sequence.accept(m.header.seq) || !is_newer(r.utime, m.header.utime, r.sequence)) return;
+  // Lockstep waits for everyone and the free clock for no one: only against a paced clock can an estimate be late.
+  const Utime deadline = static_cast<Utime>(info_.deadline_s * 1e6);
+  if (info_.clock == "realtime" && tick_utime_ > m.header.utime + deadline) ++r.late;
+
+  const bool usable = m.status == EstimateStatus::kValid || m.status == EstimateStatus::kFallback;
+  const bool scored = usable && all_finite(m.mean);
+  r.status = usable && !scored ? EstimateStatus::kInvalid : m.status;
+  r.utime.push_back(m.header.utime);
+  r.row_status.push_back(*r.status);
+  for (std::size_t i = 0; i < r.states; ++i) r.mean[i].push_back(scored ? m.mean[i] : kNan);
+  r.covariance.insert(r.covariance.end(), m.covariance.begin(), m.covariance.end());
+  r.step_time_us.push_back(m.step_time_us >= 0.0 && std::isfinite(m.step_time_us) ? m.step_time_us : kNan);
+  r.nis.push_back(scored ? normalised_square(m.innovation, m.innovation_covariance) : kNan);
+  const std::size_t measured = m.innovation.size();
+  r.nis_dimension.push_back(static_cast<int>(measured));
+  for (std::size_t i = 0; scored && i < measured; ++i) {
+    InnovationRecord* innovation = entry(r.innovation_of, m.innovation_of[i]);
+    if (!innovation) continue;
+    const double variance = m.innovation_covariance[i * measured + i];
+    innovation->utime.push_back(m.header.utime);
+    innovation->innovation.push_back(m.innovation[i]);
+    innovation->sigma.push_back(variance > 0.0 ? std::sqrt(variance) : kNan);
+  }
+}
+
+void RunRecord::add(const Tick& m) {
+  if (first_tick_seq_ < 0) first_tick_seq_ = m.header.seq;
+  tick_utime_ = std::max(tick_utime_, m.header.utime);
+  if (!ended()) state_ = m.state;
+}
+
+const std::vector<double>* RunRecord::truth_column(const std::string& name) const {
+  const auto found = std::find(info_.truth_names.begin(), info_.truth_names.end(), name);
+  if (found == info_.truth_names.end()) return nullptr;
+  return &truth_.column[static_cast<std::size_t>(found - info_.truth_names.begin())];
+}
+
+bool RunRecord::awaits_estimates() const {
+  for (const auto& [name, estimator] : estimators_) {
+    if (estimator.presence == Presence::kLeft || estimator.utime.empty()) continue;
+    for (const auto& [quantity, innovation] : estimator.innovation_of) {
+      const auto reading = readings_.find(quantity);
+      if (reading != readings_.end() && !reading->second.utime.empty() && reading->second.utime.back() > estimator.utime.back())
+        return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace slipstream

@@ -1,0 +1,123 @@
+// What one run said on the bus, kept as series: columns over time, one row an instant. Filled by session.hpp, read by
+// everything that scores, draws and writes.
+//
+// A message that does not fit (wrong length, not finite where it must be, an unsafe name, a table that is full) is counted as
+// rejected; one that is not newer than what its sender already said is counted as out of order. Both stay out of the series.
+#pragma once
+
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/messages.hpp"
+
+namespace slipstream {
+
+// About the experiment, from its scenario: main.cpp fills it, because this room does not know scenarios.
+struct RunInfo {
+  std::int64_t run_id = 0;
+  std::string name;      // RunDescriptor::name
+  std::string clock;     // "lockstep", "realtime" or "free"
+  std::string scenario;  // name; empty: the scenario could not be read
+  std::string description;
+  std::string scenario_toml;  // resolved
+  std::optional<std::uint64_t> seed;
+  std::optional<double> duration_s;
+  std::optional<double> noise_percent;                     // if every sensor has this and no absolute noise
+  double deadline_s = 0.0;                                 // 0: none
+  std::vector<std::string> input_names;                    // quantities that drive the models, e.g. "drive_torque_nm"
+  std::vector<std::pair<std::string, std::string>> facts;  // further rows for the report's header
+  std::vector<std::string> truth_names;
+  std::vector<std::string> truth_units;
+};
+
+// Follows one sender's sequence numbers: from wherever they begin, without gaps, increasing.
+struct SequenceCheck {
+  std::int64_t newest = -1;
+  std::int64_t lost = 0;          // numbers skipped
+  std::int64_t out_of_order = 0;  // numbers not above the newest
+  bool accept(std::int64_t seq);
+};
+
+struct TruthRecord {
+  std::vector<Utime> utime;
+  std::vector<std::vector<double>> column;  // one per RunInfo::truth_names
+  SequenceCheck sequence;
+};
+
+struct ReadingRecord {
+  std::vector<Utime> utime;
+  std::vector<double> value;
+  SequenceCheck sequence;
+};
+
+struct InnovationRecord {
+  std::vector<Utime> utime;
+  std::vector<double> innovation;
+  std::vector<double> sigma;  // square root of its variance; NaN if that is not positive
+};
+
+struct EstimatorRecord {
+  std::string algorithm, tuning, model;  // empty until it has announced itself
+  std::vector<std::string> state_names, state_units;
+  Presence presence = Presence::kJoined;
+  std::optional<EstimateStatus> status;  // of the newest estimate
+
+  std::size_t states = 0;  // n
+  std::vector<Utime> utime;
+  std::vector<EstimateStatus> row_status;
+  std::vector<std::vector<double>> mean;  // n columns; NaN where the estimate is not to be scored
+  std::vector<double> covariance;         // rows of n * n
+  std::vector<double> nis;                // NaN where nothing was measured
+  std::vector<int> nis_dimension;
+  std::vector<double> step_time_us;
+  std::map<std::string, InnovationRecord> innovation_of;  // by quantity
+
+  SequenceCheck sequence;
+  std::int64_t late = 0;
+  std::int64_t rejected = 0;       // estimates the monitor could not use
+  std::int64_t reported_lost = 0;  // by the estimator itself
+  std::int64_t reported_rejected = 0;
+
+  double sigma(std::size_t row, std::size_t state) const;
+};
+
+class RunRecord {
+ public:
+  explicit RunRecord(RunInfo info);
+
+  void add(const Truth& m);
+  void add(const Reading& m);
+  void add(const Estimate& m);
+  void add(const Announcement& m);  // of an estimator
+  void add(const Tick& m);
+
+  const RunInfo& info() const { return info_; }
+  const TruthRecord& truth() const { return truth_; }
+  const std::map<std::string, ReadingRecord>& readings() const { return readings_; }
+  const std::map<std::string, EstimatorRecord>& estimators() const { return estimators_; }
+  Utime simulated() const { return tick_utime_; }  // up to the newest tick
+  RunState state() const { return state_; }
+  bool ended() const { return state_ == RunState::kEnded; }
+  bool seen_from_start() const { return first_tick_seq_ == 0; }
+  std::int64_t rejected() const { return rejected_; }                      // readings, truth and announcements
+  const std::vector<double>* truth_column(const std::string& name) const;  // null: not a truth of this run
+
+  // Whether an estimator that has not left still owes the estimate for the newest of the measurements it has been using.
+  bool awaits_estimates() const;
+
+ private:
+  RunInfo info_;
+  TruthRecord truth_;
+  std::map<std::string, ReadingRecord> readings_;
+  std::map<std::string, EstimatorRecord> estimators_;
+  Utime tick_utime_ = 0;
+  RunState state_ = RunState::kRunning;
+  std::int64_t first_tick_seq_ = -1;
+  std::int64_t rejected_ = 0;
+};
+
+}  // namespace slipstream

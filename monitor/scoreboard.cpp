@@ -1,0 +1,99 @@
+#include "monitor/scoreboard.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace slipstream {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+// NEES of every row in which the truth of all the `known` states is known; P's block of those states is used.
+std::vector<double> nees_rows(const EstimatorRecord& r, const std::vector<StateColumn>& states,
+                              const std::vector<std::size_t>& known) {
+  std::vector<double> nees(r.utime.size(), kNan);
+  if (known.empty()) return nees;
+  const std::size_t n = r.states;
+  std::vector<double> error(known.size());
+  for (std::size_t row = 0; row < r.utime.size(); ++row) {
+    for (std::size_t i = 0; i < known.size(); ++i) error[i] = r.mean[known[i]][row] - states[known[i]].truth[row];
+    nees[row] = normalised_square(error, sub_block(std::span(r.covariance).subspan(row * n * n, n * n), n, known));
+  }
+  return nees;
+}
+
+EstimatorScore score_estimator(const RunRecord& run, const std::string& name, const EstimatorRecord& r) {
+  EstimatorScore s;
+  s.name = name;
+  s.record = &r;
+  std::vector<std::size_t> known;
+  for (std::size_t i = 0; i < r.state_names.size(); ++i) {
+    StateColumn state{r.state_names[i], r.state_units[i], {}, kNan, std::vector<double>(r.utime.size(), kNan)};
+    if (const std::vector<double>* truth = run.truth_column(state.name))
+      state.truth = truth_at_all(run.truth().utime, *truth, r.utime);
+    const std::vector<double> none(r.utime.size(), kNan);
+    state.score = score_state(state.truth, r.states > 0 ? r.mean[i] : none);
+    if (state.score.samples > 0) {
+      state.max_error_s = seconds(r.utime[state.score.max_index]);
+      known.push_back(i);
+    }
+    s.states.push_back(std::move(state));
+  }
+  s.nees = nees_rows(r, s.states, known);
+  s.nees_score = score_consistency(s.nees, static_cast<int>(known.size()));
+
+  const int full = static_cast<int>(r.innovation_of.size());
+  std::vector<double> full_nis, step_time_us;
+  for (std::size_t row = 0; row < r.utime.size(); ++row) {
+    if (r.nis_dimension[row] == full) full_nis.push_back(r.nis[row]);
+    if (r.row_status[row] != EstimateStatus::kInitialising) step_time_us.push_back(r.step_time_us[row]);
+  }
+  s.nis_score = score_consistency(full_nis, full);
+  s.nis_ratio = consistency_ratio(r.nis, r.nis_dimension);
+  s.step_times = score_step_times(step_time_us, run.info().deadline_s);
+
+  const auto count = [&](EstimateStatus status) { return std::count(r.row_status.begin(), r.row_status.end(), status); };
+  s.valid = count(EstimateStatus::kValid);
+  s.fallback = count(EstimateStatus::kFallback);
+  s.invalid = count(EstimateStatus::kInvalid);
+  s.initialising = count(EstimateStatus::kInitialising);
+  return s;
+}
+
+}  // namespace
+
+Scoreboard score_run(const RunRecord& record) {
+  Scoreboard board;
+  board.complete = record.ended();
+  for (const auto& [name, estimator] : record.estimators())
+    board.estimators.push_back(score_estimator(record, name, estimator));
+  return board;
+}
+
+void RunningScore::update(const RunRecord& run, const EstimatorRecord& r) {
+  square_sum_.resize(r.states, 0.0);
+  count_.resize(r.states, 0.0);
+  const std::vector<Utime>& truth_utime = run.truth().utime;
+  // A row waits until the truth has passed it, at most until the run's clock is well past it.
+  for (; next_row_ < r.utime.size(); ++next_row_) {
+    const Utime t = r.utime[next_row_];
+    if ((truth_utime.empty() || truth_utime.back() < t) && run.simulated() < t + kMaxTruthGap) return;
+    if (std::isfinite(r.nis[next_row_])) {
+      nis_sum_ += r.nis[next_row_];
+      dimension_sum_ += r.nis_dimension[next_row_];
+    }
+    for (std::size_t i = 0; i < r.states && i < r.state_names.size(); ++i) {
+      const std::vector<double>* truth = run.truth_column(r.state_names[i]);
+      const double e = truth ? r.mean[i][next_row_] - truth_at(truth_utime, *truth, t) : kNan;
+      if (!std::isfinite(e)) continue;
+      square_sum_[i] += e * e;
+      count_[i] += 1.0;
+    }
+  }
+}
+
+double RunningScore::rmse(std::size_t state) const {
+  return state < count_.size() && count_[state] > 0.0 ? std::sqrt(square_sum_[state] / count_[state]) : kNan;
+}
+
+}  // namespace slipstream

@@ -1,0 +1,59 @@
+// All scores of a run: which series meets which, on top of the pure functions of scores.hpp.
+//
+// Truth and estimate meet by the name of the state and the exact utime, else by interpolation (scores.hpp, truth_at). Only
+// estimates with status valid or fallback are scored.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "monitor/run_record.hpp"
+#include "monitor/scores.hpp"
+
+namespace slipstream {
+
+struct StateColumn {
+  std::string name, unit;
+  StateScore score;
+  double max_error_s;         // simulation time of the largest error
+  std::vector<double> truth;  // at the estimator's instants; NaN: not known
+};
+
+struct EstimatorScore {
+  std::string name;
+  const EstimatorRecord* record = nullptr;
+  std::vector<StateColumn> states;
+  std::vector<double> nees;  // per row; NaN: not known
+  Consistency nees_score;    // dimension: the states with a known truth
+  Consistency nis_score;     // over the steps in which everything this estimator uses was measured
+  double nis_ratio;          // sum NIS / sum dimension over all steps
+  StepTimes step_times;      // of all steps but those spent waiting for a start
+  std::int64_t valid = 0, fallback = 0, invalid = 0, initialising = 0;
+};
+
+struct Scoreboard {
+  bool complete = false;                   // the run's end was seen
+  std::vector<EstimatorScore> estimators;  // by name
+};
+
+// Points into the record, which must outlive the result.
+Scoreboard score_run(const RunRecord& record);
+
+// The running scores of the live table: amortised constant time a sample. Truth may arrive after the estimate it belongs to.
+class RunningScore {
+ public:
+  void update(const RunRecord& run, const EstimatorRecord& estimator);
+  double rmse(std::size_t state) const;
+  double nis_ratio() const {
+    return dimension_sum_ > 0.0 ? nis_sum_ / dimension_sum_ : std::numeric_limits<double>::quiet_NaN();
+  }
+
+ private:
+  std::size_t next_row_ = 0;
+  std::vector<double> square_sum_;
+  std::vector<double> count_;
+  double nis_sum_ = 0.0;
+  double dimension_sum_ = 0.0;
+};
+
+}  // namespace slipstream

@@ -1,0 +1,504 @@
+#include "io/scenario_reader.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include "tests/io/temporary_folder.hpp"
+
+namespace slipstream {
+namespace {
+
+// Lines are counted in the tests below: [sensor.wheel_speed] is line 5, [tuning.matched] line 12.
+const std::string kMinimal = R"(name = "minimal"
+[run]
+[vehicle]
+type = "unimog"
+[sensor.wheel_speed]
+rate_hz = 50
+[estimator]
+tuning = "matched"
+[estimator.model]
+type = "longitudinal_friction"
+
+[tuning.matched]
+process_variance = { wheel_speed_radps = 1e-4, speed_mps = 1e-8, friction = 5e-3 }
+initial_mean = { wheel_speed_radps = 0.5, speed_mps = 0.26, friction = 0 }
+initial_variance = { wheel_speed_radps = 1, speed_mps = 1, friction = 1 }
+)";
+
+const std::string kRecorded = R"(name = "drive"
+[sensor.wheel_speed]
+rate_hz = 20
+[recorded]
+[[recorded.sensor]]
+quantity = "wheel_speed_radps"
+file = "motor.csv"
+column = "erpm"
+scale = 0.1
+[[recorded.input]]
+quantity = "drive_torque_nm"
+file = "motor.csv"
+column = "amp"
+offset = -1
+[[recorded.truth]]
+quantity = "friction"
+file = "truth.csv"
+column = "mu"
+[recorded.path_speed]
+file = "pose.csv"
+yaw_column = "yaw_rad"
+[estimator.model]
+type = "longitudinal_friction"
+mass_kg = 3.3
+[tuning.matched]
+start = "measured"
+process_variance = { wheel_speed_radps = 1e-4, speed_mps = 1e-8, friction = 5e-3 }
+initial_variance = { wheel_speed_radps = 1, speed_mps = 1, friction = 1 }
+)";
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+
+std::string refused(const std::string& toml) {
+  const std::string line = refusal_of([&] { load_scenario_text(toml, "s.toml"); });
+  EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+  return line;
+}
+
+// The refusal of the minimal scenario with one line changed.
+std::string refused_with(const std::string& from, const std::string& to) { return refused(replaced(kMinimal, from, to)); }
+
+const LongitudinalFriction& model_of(const Scenario& s) { return std::get<LongitudinalFriction>(s.estimator.process); }
+const Unimog& unimog_of(const Scenario& s) { return std::get<Unimog>(s.plant.vehicle); }
+
+// Every field, bit by bit, as text.
+struct Bits {
+  std::string text;
+  void put(double x) {
+    std::uint64_t bits;
+    std::memcpy(&bits, &x, sizeof bits);
+    put(std::to_string(bits));
+  }
+  void put(const std::string& s) { text += s + "\n"; }
+  void put(const std::map<std::string, double>& map) {
+    for (const auto& [key, value] : map) put(key), put(value);
+  }
+  void number(const std::string& key, const double& x, const Range&) { put(key), put(x); }
+  void list(const std::string& key, const std::vector<double>& xs, const Range&) {
+    put(key);
+    for (const double x : xs) put(x);
+  }
+  void choice(const std::string& key, const std::string& s, const Choices&) { put(key), put(s); }
+  void flag(const std::string& key, const bool& b) { put(key), put(b ? "yes" : "no"); }
+};
+
+std::string bits_of(const Scenario& s) {
+  Bits b;
+  b.put(s.name), b.put(s.description), b.put(std::to_string(s.run.seed)), b.put(s.run.duration_s), b.put(s.run.clock);
+  b.put(s.run.realtime_factor), b.put(s.run.start_timeout_s), b.put(s.run.late_timeout_s), b.put(s.run.deadline_s);
+  for (const auto& w : s.run.wait_for) b.put(w);
+  for (const auto& c : s.sensors)
+    b.put(c.type), b.put(c.quantity), b.put(c.rate_hz), b.put(c.noise.relative), b.put(c.noise.absolute);
+  b.put(s.plant.input_rate_hz), b.put(s.plant.truth_rate_hz);
+  b.put(s.plant.relative_tolerance), b.put(s.plant.absolute_tolerance);
+  std::visit([&](const auto& v) { v.visit_parameters(v, b); }, s.plant.vehicle);
+  if (s.recorded) {
+    b.put(s.recorded->time_column);
+    for (const auto* columns : {&s.recorded->sensors, &s.recorded->inputs, &s.recorded->truth})
+      for (const auto& c : *columns) b.put(c.quantity), b.put(c.file), b.put(c.column), b.put(c.scale), b.put(c.offset);
+    if (const auto& p = s.recorded->path_speed)
+      b.put(p->file), b.put(p->x_column), b.put(p->y_column), b.put(p->yaw_column), b.put(p->window_s),
+          b.put(p->max_residual_m);
+  }
+  std::visit([&](const auto& p) { p.visit_parameters(p, b); }, s.estimator.process);
+  b.put(s.estimator.tuning), b.put(s.estimator.lower_bound), b.put(s.estimator.upper_bound);
+  for (const auto& [name, t] : s.estimator.tunings) {
+    b.put(name), b.put(t.measurement_noise), b.put(t.measurement_variance), b.put(t.process_noise), b.put(t.process_variance);
+    b.put(t.initial_mean), b.put(t.initial_variance), b.put(t.start), b.put(t.mhe_form), b.put(std::to_string(t.mhe_window));
+    b.put(t.arrival_weight), b.put(t.measurement_weight);
+    if (t.process) std::visit([&](const auto& p) { p.visit_parameters(p, b); }, *t.process);
+  }
+  return b.text;
+}
+
+void expect_round_trip(const LoadedScenario& loaded) {
+  const LoadedScenario again = load_scenario_text(loaded.resolved_toml, "resolved");
+  EXPECT_EQ(again.resolved_toml, loaded.resolved_toml);
+  EXPECT_EQ(bits_of(again.scenario), bits_of(loaded.scenario));
+}
+
+// --- What is read -----------------------------------------------------------------------------------------------------
+
+TEST(ScenarioReader, FillsDefaultsAndPrintsThem) {
+  const LoadedScenario loaded = load_scenario_text(kMinimal, "s.toml");
+  const Scenario& s = loaded.scenario;
+  EXPECT_EQ(s.run.duration_s, 10.0);
+  EXPECT_EQ(s.run.clock, "lockstep");
+  ASSERT_EQ(s.sensors.size(), 1u);
+  EXPECT_EQ(s.sensors[0].quantity, "wheel_speed_radps");
+  EXPECT_EQ(s.sensors[0].rate_hz, 50.0);
+  for (const char* line : {"seed = 1\n", "duration_s = 10.0\n", "[plant]\n", "wait_for = []\n", "noise_percent = 0.0\n",
+                           "gear_ratio = [9.57, 6.635, ", "absolute_tolerance = 1e-10\n", "drag = true\n",
+                           "process_variance = { friction = 0.005, speed_mps = 1e-08, wheel_speed_radps = 1e-04 }\n"})
+    EXPECT_NE(loaded.resolved_toml.find(line), std::string::npos) << line << loaded.resolved_toml;
+  expect_round_trip(loaded);
+}
+
+TEST(ScenarioReader, ReadsNumbersOfEveryKind) {
+  const Scenario s =
+      load_scenario_text(replaced(replaced(kMinimal, "rate_hz = 50", "rate_hz = 50\nnoise_percent = 5\nnoise_radps = 0.25"),
+                                  "[run]", "[run]\nseed = 9007199254740992\nwait_for = ['ekf', \"mhe_2\"]"),
+                         "s.toml")
+          .scenario;
+  EXPECT_EQ(s.sensors[0].noise.relative, 0.05);
+  EXPECT_EQ(s.sensors[0].noise.absolute, 0.25);
+  EXPECT_EQ(s.run.seed, std::uint64_t{1} << 53);
+  EXPECT_EQ(s.run.wait_for, (std::vector<std::string>{"ekf", "mhe_2"}));
+}
+
+TEST(ScenarioReader, BelievesTheVehicleUnlessToldOtherwise) {
+  const Scenario s =
+      load_scenario_text(replaced(replaced(kMinimal, "\"unimog\"", "\"unimog\"\nmass_kg = 1500\nwheel_radius_m = 0.6"),
+                                  "friction\"\n", "friction\"\nwheel_radius_m = 0.5\n"),
+                         "s.toml")
+          .scenario;
+  EXPECT_EQ(unimog_of(s).quarter.mass_kg, 1500.0);
+  EXPECT_EQ(model_of(s).quarter.mass_kg, 1500.0);
+  EXPECT_EQ(unimog_of(s).quarter.wheel_radius_m, 0.6);
+  EXPECT_EQ(model_of(s).quarter.wheel_radius_m, 0.5);
+}
+
+TEST(ScenarioReader, ATuningMayHaveItsOwnModelParameters) {
+  const LoadedScenario loaded = load_scenario_text(
+      replaced(kMinimal, "friction\"\n", "friction\"\nmass_kg = 1800\n") + "[tuning.matched.model]\ndrag = false\n", "s.toml");
+  const auto& own = std::get<LongitudinalFriction>(loaded.scenario.estimator.tunings.at("matched").process.value());
+  EXPECT_FALSE(own.drag);
+  EXPECT_TRUE(model_of(loaded.scenario).drag);
+  EXPECT_EQ(own.quarter.mass_kg, 1800.0);
+  expect_round_trip(loaded);
+}
+
+TEST(ScenarioReader, PreparesTheVehicle) {
+  EXPECT_GT(unimog_of(load_scenario_text(kMinimal, "s.toml").scenario).curve().torque_nm(150.0), 0.0);
+}
+
+TEST(ScenarioReader, ReadsARecordedDrive) {
+  const LoadedScenario loaded = load_scenario_text(kRecorded, "s.toml");
+  const Scenario& s = loaded.scenario;
+  EXPECT_EQ(s.run.duration_s, 0.0);
+  ASSERT_TRUE(s.recorded);
+  EXPECT_EQ(s.recorded->time_column, "t_s");
+  EXPECT_EQ(s.recorded->sensors.at(0).scale, 0.1);
+  EXPECT_EQ(s.recorded->inputs.at(0).offset, -1.0);
+  EXPECT_EQ(s.recorded->truth.at(0).quantity, "friction");
+  EXPECT_EQ(s.recorded->path_speed.value().yaw_column, "yaw_rad");
+  EXPECT_EQ(model_of(s).quarter.mass_kg, 3.3);
+  EXPECT_EQ(model_of(s).quarter.frontal_area_m2, QuarterCar{}.frontal_area_m2);
+  EXPECT_EQ(s.estimator.tunings.at("matched").initial_mean.at("friction"), 0.0);
+  EXPECT_EQ(loaded.resolved_toml.find("[vehicle]"), std::string::npos);
+  expect_round_trip(loaded);
+}
+
+TEST(ScenarioReader, KeepsEveryBitOfNumbersAndText) {
+  std::mt19937_64 random(1);
+  for (int i = 0; i < 500; ++i) {
+    double value;
+    do {
+      const std::uint64_t bits = random();
+      std::memcpy(&value, &bits, sizeof value);
+    } while (!std::isfinite(value));
+    if (i == 0) value = 5e-324;
+    if (i == 1) value = -0.0;
+    if (i == 2) value = 1e15;
+    char text[40];
+    std::snprintf(text, sizeof text, "%.17e", value);
+    const LoadedScenario loaded =
+        load_scenario_text(replaced(kMinimal, "friction = 0 }", std::string("friction = ") + text + " }"), "s.toml");
+    const double read = loaded.scenario.estimator.tunings.at("matched").initial_mean.at("friction");
+    EXPECT_EQ(std::memcmp(&read, &value, sizeof value), 0) << text;
+    expect_round_trip(loaded);
+  }
+  const LoadedScenario loaded =
+      load_scenario_text("description = \"a \\\"b\\\" \\\\ c\\n\\t\\u0001\\u007F \\u00e9\"\n" + kMinimal, "s.toml");
+  EXPECT_EQ(loaded.scenario.description, "a \"b\" \\ c\n\t\x01\x7f \xC3\xA9");
+  expect_round_trip(loaded);
+}
+
+// --- What is refused --------------------------------------------------------------------------------------------------
+
+TEST(ScenarioReader, RefusesUnknownKeysWithASuggestion) {
+  EXPECT_EQ(refused_with("rate_hz = 50", "rate_hz = 50\nnois_percent = 5"),
+            "s.toml:7:1: unknown key 'nois_percent' in [sensor.wheel_speed]; did you mean 'noise_percent'?");
+  EXPECT_EQ(refused_with("rate_hz = 50", "rate = 50"),
+            "s.toml:6:1: unknown key 'rate' in [sensor.wheel_speed]; expected one of rate_hz, noise_percent, noise_radps");
+  EXPECT_EQ(refused_with("rate_hz = 50", "rate_h = 50"),
+            "s.toml:6:1: unknown key 'rate_h' in [sensor.wheel_speed]; did you mean 'rate_hz'?");
+  EXPECT_EQ(refused_with("[run]", "[runn]"), "s.toml:2:2: unknown key 'runn'; did you mean 'run'?");
+  EXPECT_EQ(refused_with("[sensor.wheel_speed]", "[sensor.whel_speed]"),
+            "s.toml:5:9: unknown key 'whel_speed' in [sensor]; did you mean 'wheel_speed'?");
+  EXPECT_EQ(refused_with("friction = 0 }", "frction = 0 }"),
+            "s.toml:14:61: unknown key 'frction' in [tuning.matched.initial_mean]; did you mean 'friction'?");
+  EXPECT_EQ(refused_with("type = \"unimog\"", "tpye = \"unimog\""),
+            "s.toml:4:1: unknown key 'tpye' in [vehicle]; did you mean 'type'?");
+  EXPECT_EQ(refused_with("type = \"unimog\"", "type = \"unimog\"\nmas_kg = 1"),
+            "s.toml:5:1: unknown key 'mas_kg' in [vehicle]; did you mean 'mass_kg'?");
+  EXPECT_EQ(refused_with("[estimator.model]", "bound = 1\n[estimator.model]"),
+            "s.toml:9:1: unknown key 'bound' in [estimator]; did you mean 'bounds'?");
+}
+
+TEST(ScenarioReader, RefusesWrongTypes) {
+  EXPECT_EQ(refused_with("rate_hz = 50", "rate_hz = \"fast\""),
+            "s.toml:6:11: sensor.wheel_speed.rate_hz: found \"fast\", expected a number greater than 0 and at most 10000");
+  EXPECT_EQ(refused_with("[run]", "[run]\nseed = 1.5"),
+            "s.toml:3:8: run.seed: found 1.5, expected a whole number from 0 to 9007199254740992");
+  EXPECT_EQ(refused_with("[run]", "[run]\nclock = true"),
+            "s.toml:3:9: run.clock: found true, expected one of \"lockstep\", \"realtime\", \"free\"");
+  EXPECT_EQ(refused_with("[run]", "run = 5"), "s.toml:2:7: run: found 5, expected a table");
+  EXPECT_EQ(refused_with("[run]", "[run]\nwait_for = \"ekf\""),
+            "s.toml:3:12: run.wait_for: found \"ekf\", expected a list, each a name of 1 to 32 characters A-Z a-z 0-9 _ -");
+  EXPECT_EQ(refused_with("type = \"unimog\"", "type = \"unimog\"\ngear_ratio = 3"),
+            "s.toml:5:14: vehicle.gear_ratio: found 3, expected a list of numbers");
+  EXPECT_EQ(refused_with("type = \"unimog\"", "type = \"unimog\"\ngear_ratio = []"),
+            "s.toml:5:14: vehicle.gear_ratio: found a list, expected a list of at least one number");
+  EXPECT_EQ(refused_with("type = \"unimog\"", "type = \"unimog\"\ngear_ratio = [3, [1]]"),
+            "s.toml:5:18: vehicle.gear_ratio: found a list, expected a number greater than 0");
+  EXPECT_EQ(refused_with("friction\"\n", "friction\"\ndrag = 1\n"),
+            "s.toml:11:8: estimator.model.drag: found 1, expected true or false");
+  EXPECT_EQ(refused_with("name = \"minimal\"", "name = 1979-05-27"),
+            "s.toml:1:8: name: found a date or time, expected a name of 1 to 32 characters A-Z a-z 0-9 _ -");
+  EXPECT_EQ(refused_with("initial_mean = { wheel_speed_radps = 0.5, speed_mps = 0.26, friction = 0 }", "initial_mean = 3"),
+            "s.toml:14:16: tuning.matched.initial_mean: found 3, expected a table of numbers");
+  EXPECT_EQ(refused("tuning = 3\n" + kMinimal.substr(0, kMinimal.find("[tuning"))),
+            "s.toml:1:10: tuning: found 3, expected a table");
+}
+
+TEST(ScenarioReader, RefusesValuesOutOfRange) {
+  const std::string rate = "sensor.wheel_speed.rate_hz: found ";
+  EXPECT_EQ(refused_with("rate_hz = 50", "rate_hz = -5"),
+            "s.toml:6:11: " + rate + "-5, expected a number greater than 0 and at most 10000");
+  EXPECT_EQ(refused_with("rate_hz = 50", "rate_hz = 0.0"),
+            "s.toml:6:11: " + rate + "0, expected a number greater than 0 and at most 10000");
+  EXPECT_EQ(refused_with("rate_hz = 50", "rate_hz = nan"),
+            "s.toml:6:11: " + rate + "nan, expected a finite number greater than 0 and at most 10000");
+  EXPECT_EQ(refused_with("type = \"unimog\"", "type = \"unimog\"\nmass_kg = inf"),
+            "s.toml:5:11: vehicle.mass_kg: found inf, expected a finite number greater than 0");
+  EXPECT_EQ(refused_with("friction = 0 }", "friction = -inf }"),
+            "s.toml:14:72: tuning.matched.initial_mean.friction: found -inf, expected a finite number");
+  EXPECT_EQ(refused_with("rate_hz = 50", "rate_hz = 50\nnoise_radps = -0.1"),
+            "s.toml:7:15: sensor.wheel_speed.noise_radps: found -0.1, expected a number from 0 to 1000000000");
+  EXPECT_EQ(refused_with("[run]", "[run]\nduration_s = 0"),
+            "s.toml:3:14: run.duration_s: found 0, expected a number greater than 0 and at most 1000000");
+  EXPECT_EQ(refused_with("[run]", "[run]\nseed = -1"),
+            "s.toml:3:8: run.seed: found -1, expected a whole number from 0 to 9007199254740992");
+  EXPECT_EQ(refused_with("[run]", "[run]\nwait_for = [\"a b\"]"),
+            "s.toml:3:13: run.wait_for: found \"a b\", expected a name of 1 to 32 characters A-Z a-z 0-9 _ -");
+  EXPECT_EQ(refused_with("[run]", "[run]\nwait_for = [\"ekf\", \"ekf\"]"), "s.toml:3:20: run.wait_for: \"ekf\" appears twice");
+  EXPECT_EQ(refused_with("\"unimog\"", "\"tractor\""), "s.toml:4:8: vehicle.type: found \"tractor\", expected \"unimog\"");
+  EXPECT_EQ(refused_with("tuning = \"matched\"", "tuning = \"matchd\""),
+            "s.toml:8:10: estimator.tuning: found \"matchd\", expected \"matched\"");
+  EXPECT_EQ(refused_with("[tuning.matched]", "[tuning.matched]\nmhe_window = 0"),
+            "s.toml:13:14: tuning.matched.mhe_window: found 0, expected a whole number from 1 to 1000");
+}
+
+TEST(ScenarioReader, RefusesWhatIsMissing) {
+  EXPECT_EQ(refused_with("rate_hz = 50", ""), "s.toml:5:1: missing key 'rate_hz' in [sensor.wheel_speed]");
+  EXPECT_EQ(refused_with("type = \"unimog\"", ""), "s.toml:3:1: missing key 'type' in [vehicle], expected \"unimog\"");
+  EXPECT_EQ(refused_with("name = \"minimal\"", ""), "s.toml: missing key 'name'");
+  EXPECT_EQ(refused_with("[vehicle]\ntype = \"unimog\"", ""), "s.toml: expected either [vehicle] or [recorded], found neither");
+  EXPECT_EQ(refused_with("[run]", "[recorded]"), "s.toml: expected either [vehicle] or [recorded], found both");
+  EXPECT_EQ(refused_with("[sensor.wheel_speed]\nrate_hz = 50", ""),
+            "s.toml: sensor: no sensor; expected one of wheel_speed, accelerometer");
+  EXPECT_EQ(refused(kMinimal.substr(0, kMinimal.find("[tuning"))), "s.toml: tuning: expected at least one table [tuning.NAME]");
+  EXPECT_EQ(refused_with(", friction = 5e-3", ""), "s.toml:13:20: missing key 'friction' in [tuning.matched.process_variance]");
+  EXPECT_EQ(refused_with("process_variance", "#"),
+            "s.toml:12:1: missing key 'process_variance' in [tuning.matched], expected a "
+            "number for each of wheel_speed_radps, speed_mps, friction");
+  EXPECT_EQ(
+      refused_with("[tuning.matched]", "[tuning.matched]\nmeasurement_noise = \"given\""),
+      "s.toml:12:1: missing key 'measurement_variance' in [tuning.matched], expected a number for each of wheel_speed_radps");
+  EXPECT_EQ(refused_with("[tuning.matched]", "[tuning.matched]\nmhe_form = \"single_shooting\""),
+            "s.toml:12:1: missing key 'arrival_weight' in [tuning.matched], expected a number for each of wheel_speed_radps, "
+            "speed_mps, friction");
+}
+
+TEST(ScenarioReader, RefusesWhatDoesNotFitTogether) {
+  EXPECT_EQ(refused_with("type = \"unimog\"", "type = \"unimog\"\nengine_torque_nm = [1, 2]"),
+            "s.toml: vehicle.engine_torque_nm: has 2 values, expected 8, one for each of vehicle.engine_speed_rpm");
+  EXPECT_EQ(refused(kMinimal + "[estimator.bounds]\nlower = { friction = 1 }\nupper = { friction = 1 }\n"),
+            "s.toml:18:9: estimator.bounds.upper: of 'friction' is not greater than its lower bound");
+  EXPECT_EQ(refused(kRecorded + "[plant]\n"), "s.toml:29:1: plant: only a simulated [vehicle] has a plant, not [recorded]");
+  const auto recorded_with = [](const std::string& from, const std::string& to) {
+    return refused(replaced(kRecorded, from, to));
+  };
+  EXPECT_EQ(recorded_with("\"wheel_speed_radps\"", "\"wheel_sped_radps\""),
+            "s.toml:6:12: recorded.sensor.quantity: unknown quantity 'wheel_sped_radps'; did you mean 'wheel_speed_radps'?");
+  EXPECT_EQ(recorded_with("\"friction\"", "\"speed_mps\""),
+            "s.toml:19:1: recorded.path_speed: 'speed_mps' is also in [[recorded.truth]]");
+  EXPECT_EQ(recorded_with("[sensor.wheel_speed]", "[sensor.accelerometer]\nrate_hz = 5\n[sensor.wheel_speed]"),
+            "s.toml:7:1: recorded.sensor: no column for 'a_x_mps2' of [sensor.accelerometer]");
+  EXPECT_EQ(recorded_with("[[recorded.truth]]\nquantity = \"friction\"", "[[recorded.input]]\nquantity = \"drive_torque_nm\""),
+            "s.toml:16:12: recorded.input.quantity: 'drive_torque_nm' is recorded twice");
+  EXPECT_EQ(
+      recorded_with("[[recorded.input]]\nquantity = \"drive_torque_nm\"", "[[recorded.truth]]\nquantity = \"slip\""),
+      "s.toml:4:1: recorded: no input 'drive_torque_nm', which the model 'longitudinal_friction' of [estimator.model] needs");
+  EXPECT_EQ(recorded_with("\"motor.csv\"", "\"../motor.csv\""),
+            "s.toml:7:8: recorded.sensor.file: found \"../motor.csv\", expected a file inside the data folder");
+  EXPECT_EQ(recorded_with("scale = 0.1", "scale = 0"),
+            "s.toml:9:9: recorded.sensor.scale: found 0, expected a number other than 0");
+  EXPECT_EQ(recorded_with("column = \"amp\"", "colum = \"amp\""),
+            "s.toml:13:1: unknown key 'colum' in [[recorded.input]]; did you mean 'column'?");
+  EXPECT_EQ(recorded_with("column = \"amp\"", ""), "s.toml:10:1: missing key 'column' in [[recorded.input]]");
+}
+
+TEST(ScenarioReader, RefusesSyntaxErrorsAndMissingFiles) {
+  const std::string line = refused("name = \"a\"\n[run\nseed = 1\n");
+  EXPECT_EQ(line.substr(0, 26), "s.toml:2:5: syntax error: ") << line;
+  EXPECT_EQ(refused("[[[a]]]\n").substr(0, 24), "s.toml:1:3: syntax error");
+  EXPECT_EQ(refused("a = 1\na = 2\n").substr(0, 9), "s.toml:2:");
+  EXPECT_EQ(refused(std::string("a = \"\xff\"")).substr(0, 9), "s.toml:1:");
+  TemporaryFolder folder;
+  EXPECT_EQ(refusal_of([&] { load_scenario_file(folder.path("no.toml")); }),
+            folder.path("no.toml") + ": cannot read: No such file or directory");
+}
+
+TEST(ScenarioReader, SurvivesDamagedText) {
+  std::mt19937 random(7);
+  for (int i = 0; i < 3000; ++i) {
+    std::string text = i % 2 == 0 ? kMinimal : kRecorded;
+    for (int k = 0; k < 3; ++k) {
+      const std::size_t at = random() % text.size();
+      if (random() % 3 == 0)
+        text.erase(at, random() % 20);
+      else if (random() % 2 == 0)
+        text[at] = static_cast<char>(random() % 256);
+      else
+        text.insert(at, text.substr(random() % text.size(), random() % 30));
+      if (text.empty()) text.push_back('a');
+    }
+    try {
+      expect_round_trip(load_scenario_text(text, "s.toml"));
+    } catch (const Refusal& refusal) {
+      const std::string line = refusal.what();
+      EXPECT_EQ(line.find("s.toml:"), 0u) << line;
+      EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+    }
+  }
+}
+
+// --- Layers -----------------------------------------------------------------------------------------------------------
+
+class ScenarioLayers : public testing::Test {
+ protected:
+  Scenario with(const std::vector<std::string>& overrides) { return load_scenario_file(file, overrides).scenario; }
+  std::string refused_with(const std::string& text) {
+    return refusal_of([&] { load_scenario_file(file, {text}); });
+  }
+
+  TemporaryFolder folder;
+  std::string file = folder.write("s.toml", kMinimal);
+};
+
+TEST_F(ScenarioLayers, OverridesReplaceAndAddKeys) {
+  const Scenario s = with({"run.seed=7", "run.clock=free", "run.clock=realtime", "sensor.accelerometer.rate_hz = 20",
+                           "description=\"a b\"", "tuning.matched.process_variance.friction=1e-3", "run.wait_for=['x']"});
+  EXPECT_EQ(s.run.seed, 7u);
+  EXPECT_EQ(s.run.clock, "realtime");
+  EXPECT_EQ(s.sensors.size(), 2u);
+  EXPECT_EQ(s.description, "a b");
+  EXPECT_EQ(s.estimator.tunings.at("matched").process_variance.at("friction"), 1e-3);
+  EXPECT_EQ(s.estimator.tunings.at("matched").process_variance.at("speed_mps"), 1e-8);
+  EXPECT_EQ(s.run.wait_for, std::vector<std::string>{"x"});
+}
+
+TEST_F(ScenarioLayers, OverridesAreRefusedByTheirText) {
+  EXPECT_EQ(refused_with("run.sede=7"), "override 'run.sede=7': unknown key 'sede' in [run]; did you mean 'seed'?");
+  EXPECT_EQ(refused_with("run.seed=x"),
+            "override 'run.seed=x': run.seed: found \"x\", expected a whole number from 0 to 9007199254740992");
+  EXPECT_EQ(refused_with("run.seed"), "override 'run.seed': expected table.key=value");
+  EXPECT_EQ(refused_with("#=3"), "override '#=3': expected table.key=value");
+  EXPECT_EQ(refused_with("a=1\nb=2"), "override 'a=1?b=2': expected table.key=value");
+  EXPECT_EQ(refused_with("run.seed=").substr(0, 36), "override 'run.seed=': syntax error: ") << refused_with("run.seed=");
+}
+
+TEST_F(ScenarioLayers, ABaseIsReadFirst) {
+  const std::string over =
+      folder.write("over.toml", "base = \"s.toml\"\nname = \"over\"\n[sensor.wheel_speed]\nnoise_percent = 10\n");
+  const LoadedScenario loaded = load_scenario_file(over);
+  EXPECT_EQ(loaded.scenario.name, "over");
+  EXPECT_EQ(loaded.scenario.sensors.at(0).rate_hz, 50.0);
+  EXPECT_EQ(loaded.scenario.sensors.at(0).noise.relative, 0.1);
+  expect_round_trip(loaded);
+}
+
+TEST_F(ScenarioLayers, ErrorsNameTheFileThatHoldsTheValue) {
+  const std::string bad = folder.write("bad.toml", replaced(kMinimal, "rate_hz = 50", "rate_hz = -1"));
+  const std::string over = folder.write("over.toml", "base = \"bad.toml\"\n");
+  const std::string range = ", expected a number greater than 0 and at most 10000";
+  EXPECT_EQ(refusal_of([&] { load_scenario_file(over); }), bad + ":6:11: sensor.wheel_speed.rate_hz: found -1" + range);
+  const std::string worse = folder.write("worse.toml", "base = \"s.toml\"\n[sensor.wheel_speed]\nrate_hz = -2\n");
+  EXPECT_EQ(refusal_of([&] { load_scenario_file(worse); }), worse + ":3:11: sensor.wheel_speed.rate_hz: found -2" + range);
+  const std::string typo = folder.write("typo.toml", "base = \"s.toml\"\n[sensor.wheel_speed]\nratehz = 2\n");
+  EXPECT_EQ(refusal_of([&] { load_scenario_file(typo); }),
+            typo + ":3:1: unknown key 'ratehz' in [sensor.wheel_speed]; did you mean 'rate_hz'?");
+  const std::string none = folder.write("none.toml", "base = \"gone.toml\"\n");
+  EXPECT_EQ(refusal_of([&] { load_scenario_file(none); }),
+            none + ":1:8: base: cannot read '" + folder.path("gone.toml") + "': No such file or directory");
+  const std::string loop = folder.write("loop.toml", "base = \"loop.toml\"\n");
+  EXPECT_EQ(refusal_of([&] { load_scenario_file(loop); }), loop + ":1:8: base: more than 8 bases, one upon the other");
+  EXPECT_EQ(refused("base = \"s.toml\"\n" + kMinimal),
+            "s.toml:1:8: base: a scenario that is not read from a file cannot have a base");
+  EXPECT_EQ(refused_with("base=x.toml").substr(0, 43), "override 'base=x.toml': unknown key 'base';");
+}
+
+TEST_F(ScenarioLayers, AnEstimatorsConfigReplacesItsKeys) {
+  const LoadedScenario loaded = load_scenario_file(file, {"run.seed=5"});
+  const std::string config = folder.write("ekf.toml", "[estimator.model]\nmass_kg = 1800\n[tuning.matched]\nmhe_window = 8\n");
+  const LoadedScenario changed = with_estimator_config(loaded, config);
+  EXPECT_EQ(model_of(changed.scenario).quarter.mass_kg, 1800.0);
+  EXPECT_EQ(unimog_of(changed.scenario).quarter.mass_kg, 2000.0);
+  EXPECT_EQ(changed.scenario.estimator.tunings.at("matched").mhe_window, 8);
+  EXPECT_EQ(changed.scenario.run.seed, 5u);
+  expect_round_trip(changed);
+
+  const std::string wide = folder.write("wide.toml", "[run]\nseed = 3\n");
+  EXPECT_EQ(refusal_of([&] { with_estimator_config(loaded, wide); }),
+            wide + ":1:2: unknown key 'run'; expected one of estimator, tuning");
+  const std::string typo = folder.write("typo.toml", "[estimator]\ntuning = \"doc\"\n");
+  EXPECT_EQ(refusal_of([&] { with_estimator_config(loaded, typo); }),
+            typo + ":2:10: estimator.tuning: found \"doc\", expected \"matched\"");
+}
+
+TEST(ShippedScenarios, LoadAndRoundTrip) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(std::string(SLIPSTREAM_SOURCE_DIR) + "/scenarios")) {
+    if (entry.path().extension() != ".toml") continue;
+    const LoadedScenario loaded = load_scenario_file(entry.path().string());
+    EXPECT_EQ(loaded.scenario.name, entry.path().stem().string());
+    EXPECT_FALSE(loaded.scenario.description.empty());
+    expect_round_trip(loaded);
+    ++count;
+  }
+  EXPECT_GE(count, 3);
+}
+
+// The comments of unimog.toml say where its numbers come from: they are the vehicle's defaults.
+TEST(ShippedScenarios, UnimogSpellsOutTheDefaultVehicle) {
+  const std::string folder = std::string(SLIPSTREAM_SOURCE_DIR) + "/scenarios/";
+  const Scenario s = load_scenario_file(folder + "unimog.toml").scenario;
+  Bits spelt, defaults;
+  unimog_of(s).visit_parameters(unimog_of(s), spelt);
+  const Unimog unimog;
+  Unimog::visit_parameters(unimog, defaults);
+  EXPECT_EQ(spelt.text, defaults.text);
+  EXPECT_EQ(s.sensors.at(0).noise.relative, 0.05);
+  EXPECT_EQ(load_scenario_file(folder + "unimog_10.toml").scenario.sensors.at(1).noise.relative, 0.1);
+}
+
+}  // namespace
+}  // namespace slipstream
