@@ -1,9 +1,12 @@
 #include "estimators/ipopt_solver.hpp"
 
 #include <IpIpoptApplication.hpp>
+#include <IpJournalist.hpp>
 #include <IpSolveStatistics.hpp>
 #include <IpTNLP.hpp>
 #include <algorithm>
+#include <cstdarg>
+#include <cstdio>
 #include <mutex>
 #include <stdexcept>
 #include <string>
@@ -153,6 +156,24 @@ class Application {
   Ipopt::SmartPtr<Ipopt::IpoptApplication> app_;
 };
 
+// Counts what Ipopt's derivative checker complains about.
+class CountingJournal final : public Ipopt::Journal {
+ public:
+  CountingJournal() : Journal("derivatives", Ipopt::J_ITERSUMMARY) { SetAllPrintLevels(Ipopt::J_ITERSUMMARY); }
+  int disagreements = 0;
+
+ protected:
+  void PrintImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* text) override {
+    if (text[0] == '*') ++disagreements;
+  }
+  void PrintfImpl(Ipopt::EJournalCategory, Ipopt::EJournalLevel, const char* format, va_list arguments) override {
+    char text[512];
+    std::vsnprintf(text, sizeof text, format, arguments);
+    if (text[0] == '*') ++disagreements;
+  }
+  void FlushBufferImpl() override {}
+};
+
 // Convergence in units of the program's own scaling: the windows are scaled by the estimate's standard deviation.
 void set_common(Application& app) {
   app.set("tol", 1e-6);
@@ -226,6 +247,25 @@ SolveResult IpoptSolver::solve(NonlinearProgram& program, std::span<double> y) {
     s.adapter->forget();
   }
   return result;
+}
+
+int IpoptSolver::check_derivatives(NonlinearProgram& program, std::span<const double> y) {
+  // Ipopt writes its findings to its journal; a line with an asterisk is a disagreement.
+  const std::scoped_lock lock(solve_mutex());
+  Application app;
+  set_common(app);
+  app.set("derivative_test", "second-order");
+  app.set("derivative_test_tol", 1e-4);  // differences of functions near 1e2 with steps of 1e-8
+  app.set("derivative_test_perturbation", 1e-8);
+  app.set("point_perturbation_radius", 0.0);
+  app.set("max_iter", 0);
+  app.initialize();
+  CountingJournal* journal = new CountingJournal;  // owned by Ipopt's reference count
+  app->Jnlst()->AddJournal(journal);
+  const Ipopt::SmartPtr<Adapter> adapter = new Adapter;
+  adapter->aim(program, y);
+  app->OptimizeTNLP(&*adapter);
+  return journal->disagreements;
 }
 
 }  // namespace slipstream

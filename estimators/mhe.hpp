@@ -108,8 +108,7 @@ class Mhe final : public MovingHorizon<M> {
     const WindowSample<M>& next = this->samples_[i + 1];
     Gaussian<M> to;
     Matrix<double, n> f;
-    value_and_jacobian<n>([&](const auto& x) { return transition(this->belief_.model, x, next.u, next.dt_s); }, states_[i],
-                          to.mean, f);
+    transition_and_jacobian(this->belief_.model, states_[i], next.u, next.dt_s, to.mean, f);
     to.mean += f * (at.mean - states_[i]);
     to.covariance.noalias() = f * at.covariance * f.transpose();
     to.covariance.diagonal() += next.process_sigma.cwiseAbs2();

@@ -140,8 +140,7 @@ class MultipleShooting final : public NonlinearProgram {
       const WindowSample<M>& next = sample(i + 1);
       State reached;
       Matrix<double, n> f;
-      value_and_jacobian<n>([&](const auto& x) { return transition(belief->model, x, next.u, next.dt_s); }, state(y, i),
-                            reached, f);
+      transition_and_jacobian(belief->model, state(y, i), next.u, next.dt_s, reached, f);
       for (int r = 0; r < n; ++r) values[e++] = 1.0;
       for (int r = 0; r < n; ++r)
         for (int c = 0; c < n; ++c) values[e++] = -f(r, c) * scale[c] / scale[r];

@@ -202,6 +202,7 @@ std::string scores_json(const Results& results) {
                 {"realtime_factor", number(simulated_s / results.times.wall_s)},
                 {"messages_ignored", results.times.messages_ignored},
                 {"messages_unusable", results.times.messages_unusable},
+                {"announcements_rejected", results.record.announcements_rejected()},
                 {"log_events", results.times.log_events}}}};
   Json estimators = Json::object();
   for (const EstimatorScore& s : results.board.estimators) estimators[s.name] = estimator(s);

@@ -188,6 +188,7 @@ class Monitor {
     remove_results(options_.out);
     if (!is_replay_) recorder_.open(options_.out + "/" + options_.log_name);
     opened_at_ = Clock::now();
+    ended_ = false;
     const std::time_t now = std::time(nullptr);
     std::tm utc{};
     ::gmtime_r(&now, &utc);
@@ -213,6 +214,7 @@ class Monitor {
   }
 
   void finish(const RunRecord& run, const std::string& directory) {
+    recorder_.flush();
     const std::int64_t events = recorder_.events();
     recorder_.close();
     write(run, directory, true, events);
@@ -221,7 +223,9 @@ class Monitor {
 
   void write(const RunRecord& run, const std::string& directory, bool with_figures, std::int64_t events) {
     const Scoreboard board = score_run(run);
-    const WallTimes times{started_utc_, seconds_since(opened_at_), session_.ignored(), rejected_, events};
+    const Clock::time_point end = ended_ ? ended_at_ : Clock::now();
+    const WallTimes times{started_utc_, std::chrono::duration<double>(end - opened_at_).count(), session_.ignored(), rejected_,
+                          events};
     const Results results{run, board, published_, times};
     write_results(directory, results, with_figures);
     fmt::print("\n{}\n", scoreboard_text(results));

@@ -12,8 +12,8 @@ namespace slipstream {
 
 // Everything that depends on the wall clock and on who else was on the bus.
 struct WallTimes {
-  std::string started_utc;  // ISO 8601
-  double wall_s = 0.0;      // from the run descriptor to the end
+  std::string started_utc;             // ISO 8601
+  double wall_s = 0.0;                 // from the run descriptor to the end
   std::int64_t messages_ignored = 0;   // of another run
   std::int64_t messages_unusable = 0;  // that the bus could not decode
   std::int64_t log_events = 0;

@@ -86,11 +86,15 @@ void RunRecord::add(const Reading& m) {
 }
 
 void RunRecord::add(const Announcement& m) {
-  EstimatorRecord* record = entry(estimators_, m.name);
   const std::size_t n = m.state_names.size();
-  const bool other_size = record && record->states != 0 && record->states != n;
-  if (!record || n == 0 || n > kMaxStates || m.state_units.size() != n || !all_safe(m.state_names) || other_size) {
-    ++rejected_;
+  if (n == 0) {  // it does not know its model yet, because it has seen no run
+    if (const auto known = estimators_.find(m.name); known != estimators_.end()) known->second.presence = m.presence;
+    return;
+  }
+  const bool usable = n <= kMaxStates && m.state_units.size() == n && all_safe(m.state_names);
+  EstimatorRecord* record = usable ? entry(estimators_, m.name) : nullptr;
+  if (!record || (record->states != 0 && record->states != n)) {
+    ++announcements_rejected_;
     return;
   }
   // Who joins again counts from 0 again.

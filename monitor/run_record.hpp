@@ -103,7 +103,8 @@ class RunRecord {
   RunState state() const { return state_; }
   bool ended() const { return state_ == RunState::kEnded; }
   bool seen_from_start() const { return first_tick_seq_ == 0; }
-  std::int64_t rejected() const { return rejected_; }                      // readings, truth and announcements
+  std::int64_t rejected() const { return rejected_; }  // readings, truth and estimates of nobody
+  std::int64_t announcements_rejected() const { return announcements_rejected_; }
   const std::vector<double>* truth_column(const std::string& name) const;  // null: not a truth of this run
 
   // Whether an estimator that has not left still owes the estimate for the newest of the measurements it has been using.
@@ -118,6 +119,7 @@ class RunRecord {
   RunState state_ = RunState::kRunning;
   std::int64_t first_tick_seq_ = -1;
   std::int64_t rejected_ = 0;
+  std::int64_t announcements_rejected_ = 0;  // apart: how often one announces itself depends on the wall clock
 };
 
 }  // namespace slipstream

@@ -209,7 +209,8 @@ TEST(Report, AnUnsafeNameTakesNoPart) {
   t.session.handle(Reading{TestRun::header(0), "`id`", 1.0});
   EXPECT_TRUE(t.session.run()->estimators().empty());
   EXPECT_TRUE(t.session.run()->readings().empty());
-  EXPECT_EQ(t.session.run()->rejected(), 3);
+  EXPECT_EQ(t.session.run()->rejected(), 2);
+  EXPECT_EQ(t.session.run()->announcements_rejected(), 1);
 }
 
 TEST(Report, SaysThatARunIsIncomplete) {

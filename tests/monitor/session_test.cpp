@@ -79,6 +79,22 @@ TEST(Session, EstimatorsThatCameBeforeTheRunAreInIt) {
   EXPECT_EQ(ekf(t).algorithm, "ekf");
 }
 
+TEST(Session, WhoDoesNotKnowItsModelYetIsNotRejected) {
+  TestRun t;
+  Announcement early = t.announcement;
+  early.header.run_id = 0;
+  early.state_names.clear();
+  early.state_units.clear();
+  t.session.handle(early);
+  t.session.handle(t.descriptor);
+  t.session.handle(early);
+  EXPECT_TRUE(t.session.run()->estimators().empty());
+  t.session.handle(t.announcement);
+  t.session.handle(early);
+  EXPECT_EQ(ekf(t).state_names.size(), 2u);
+  EXPECT_EQ(t.session.run()->rejected() + t.session.run()->announcements_rejected(), 0);
+}
+
 TEST(Session, SaysWhoJoinsChangesAndLeaves) {
   TestRun t;
   t.session.handle(t.descriptor);

@@ -1,0 +1,138 @@
+// Laws over all process models of the registry, and the closed forms of each.
+#include <gtest/gtest.h>
+
+#include <set>
+#include <vector>
+
+#include "common/jacobian.hpp"
+#include "common/random.hpp"
+#include "models/registry.hpp"
+#include "models/sensors/all.hpp"
+#include "tests/models/difference.hpp"
+
+namespace slipstream {
+namespace {
+
+template <typename Variant>
+struct Alternatives;
+template <typename... Ts>
+struct Alternatives<std::variant<Ts...>> {
+  using Types = ::testing::Types<Ts...>;
+};
+
+template <typename M>
+class ProcessLaws : public ::testing::Test {
+ protected:
+  using State = Vector<double, M::kStates>;
+  using Input = Vector<double, M::kInputs>;
+
+  std::vector<State> states() const {
+    std::vector<State> all{State::Zero()};
+    RandomStream random(1, 0, M::kName);
+    for (const double size : {0.1, 1.0, 10.0}) {
+      State x;
+      for (int i = 0; i < M::kStates; ++i) x[i] = size * (0.5 + random.uniform());
+      all.push_back(x);
+    }
+    return all;
+  }
+  std::vector<Input> inputs() const { return {Input::Zero(), Input::Constant(1400.0)}; }
+
+  M model_;
+};
+
+TYPED_TEST_SUITE(ProcessLaws, Alternatives<AnyProcess>::Types);
+
+TYPED_TEST(ProcessLaws, DualJacobiansAreTheCentralDifferences) {
+  constexpr int n = TypeParam::kStates, m = TypeParam::kOutputs;
+  for (const auto& u : this->inputs())
+    for (const auto& x : this->states()) {
+      Vector<double, n> rate;
+      Matrix<double, n> f_x;
+      value_and_jacobian<n>([&](const auto& d) { return this->model_.derivative(d, u); }, x, rate, f_x);
+      const auto f = [&](const Vector<double, n>& p) { return this->model_.template derivative<double>(p, u); };
+      EXPECT_LE(difference_error(f_x, central_difference<n, n>(f, x)), 1.0) << x.transpose();
+      Vector<double, m> z;
+      Matrix<double, m, n> h_x;
+      value_and_jacobian<m>([&](const auto& d) { return this->model_.output(d, u); }, x, z, h_x);
+      const auto h = [&](const Vector<double, n>& p) { return this->model_.template output<double>(p, u); };
+      EXPECT_LE(difference_error(h_x, central_difference<m, n>(h, x)), 1.0) << x.transpose();
+    }
+}
+
+TYPED_TEST(ProcessLaws, FiniteAtStandstillWithJacobianAndHessian) {
+  constexpr int n = TypeParam::kStates;
+  using D = Dual<double, n>;
+  const Vector<double, n> zero = Vector<double, n>::Zero();
+  for (const auto& u : this->inputs()) {
+    Vector<D, n> rate;
+    Matrix<D, n> f_x;
+    value_and_jacobian<n>([&](const auto& d) { return this->model_.derivative(d, u); }, independent(zero), rate, f_x);
+    for (int r = 0; r < n; ++r)
+      for (int c = 0; c < n; ++c) {
+        EXPECT_TRUE(std::isfinite(f_x(r, c).value));
+        for (std::size_t k = 0; k < n; ++k) EXPECT_TRUE(std::isfinite(f_x(r, c).grad[k]));
+      }
+    EXPECT_TRUE(this->model_.template output<double>(zero, u).allFinite());
+  }
+}
+
+TYPED_TEST(ProcessLaws, NamesAreUniqueAndOutputsHaveASensor) {
+  std::set<std::string_view> states, sensed;
+  for (const Quantity& q : TypeParam::kStateNames) EXPECT_TRUE(states.insert(q.name).second) << q.name;
+  for (const SensorType& s : kSensorTypes) sensed.insert(s.quantity.name);
+  for (const Quantity& q : TypeParam::kOutputNames) EXPECT_TRUE(sensed.contains(q.name)) << q.name;
+}
+
+// Where a measurement fixes a start, the state it gives measures just that.
+TYPED_TEST(ProcessLaws, AStartFromAMeasurementReproducesIt) {
+  int starts = 0;
+  for (int k = 0; k < TypeParam::kOutputs; ++k) {
+    Vector<double, TypeParam::kStates> x = Vector<double, TypeParam::kStates>::Constant(0.25);
+    const auto before = x;
+    if (!this->model_.start_from(k, 7.5, x)) {
+      EXPECT_EQ(x, before) << "an output that fixes no start must leave the state alone";
+      continue;
+    }
+    ++starts;
+    const auto z = this->model_.template output<double>(x, Vector<double, TypeParam::kInputs>::Zero());
+    EXPECT_NEAR(z[k], 7.5, 1e-12);  // rounding
+  }
+  EXPECT_GE(starts, 1) << "nothing fixes a start on the move";
+}
+
+// --- longitudinal_friction --------------------------------------------------------------------------------------------
+
+// By hand, Table 15: w = 20 rad/s, v = 10 m/s, mu = 0.15, T = 2000 N m, b = 3 N m s.
+//   w' = (2000 - 3 * 20 - (0.15 + 0.02) * 2000 * 9.81 * 0.52) / 11.5 = (1940 - 1734.408) / 11.5 = 17.8775652...
+//   v' = 0.15 * 9.81 - 1.2 * 0.6 * 5.6 * 10^2 / 2 / 2000 = 1.4715 - 0.1008
+TEST(LongitudinalFriction, ByHand) {
+  LongitudinalFriction m;
+  m.quarter.viscous_friction_nms = 3.0;
+  const Vector<double, 3> x(20.0, 10.0, 0.15);
+  const Vector<double, 1> u(2000.0);
+  const auto rate = m.derivative<double>(x, u);
+  EXPECT_NEAR(rate[0], 205.592 / 11.5, 1e-12);  // rounding of terms of 2000 / 11.5
+  EXPECT_NEAR(rate[1], 1.3707, 1e-14);          // rounding
+  EXPECT_EQ(rate[2], 0.0);
+  const auto z = m.output<double>(x, u);
+  EXPECT_EQ(z[0], 20.0);
+  EXPECT_NEAR(z[1], 1.3707, 1e-14);  // a_x = v'
+  m.drag = false;                    // as in the document: v' = mu g
+  EXPECT_NEAR(m.derivative<double>(x, u)[1], 1.4715, 1e-14);
+  EXPECT_NEAR(m.output<double>(x, u)[1], 1.4715, 1e-14);
+}
+
+TEST(LongitudinalFriction, StartsFromTheWheelSpeedOnly) {
+  const LongitudinalFriction m;
+  Vector<double, 3> x(1.0, 2.0, 0.3);
+  EXPECT_FALSE(m.start_from(1, 5.0, x));
+  EXPECT_EQ(x, (Vector<double, 3>(1.0, 2.0, 0.3)));
+  EXPECT_TRUE(m.start_from(0, 10.0, x));
+  EXPECT_EQ(x[0], 10.0);
+  EXPECT_NEAR(x[1], 5.2, 1e-15);  // rolling without slip, r = 0.52 m; rounding
+  EXPECT_EQ(x[2], 0.3);
+}
+
+}  // namespace
+}  // namespace slipstream

@@ -1,0 +1,76 @@
+// A scenario played in process: the same drive, session and scores as the three programs, without a bus.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "estimators/registry.hpp"
+#include "estimators/session.hpp"
+#include "models/scenario.hpp"
+#include "monitor/scores.hpp"
+#include "plant/simulated_drive.hpp"
+
+namespace slipstream::test {
+
+struct Played {
+  std::vector<Utime> utime;
+  std::vector<std::vector<double>> truth;  // per instant
+  std::vector<std::string> truth_names;
+  std::vector<Estimate> estimates;
+
+  std::vector<double> truth_of(const std::string& name) const {
+    for (std::size_t i = 0; i < truth_names.size(); ++i) {
+      if (truth_names[i] != name) continue;
+      std::vector<double> column;
+      for (const auto& row : truth) column.push_back(row[i]);
+      return column;
+    }
+    return {};
+  }
+  std::vector<double> estimate_of(std::size_t state) const {
+    std::vector<double> column;
+    for (const Estimate& e : estimates) column.push_back(e.mean[state]);
+    return column;
+  }
+  std::vector<double> nis() const {
+    std::vector<double> values;
+    for (const Estimate& e : estimates) values.push_back(normalised_square(e.innovation, e.innovation_covariance));
+    return values;
+  }
+  std::size_t fallbacks() const {
+    std::size_t count = 0;
+    for (const Estimate& e : estimates) count += e.status != EstimateStatus::kValid ? 1U : 0U;
+    return count;
+  }
+};
+
+// Truth and measurements must have the same rate, as in the shipped Unimog scenarios.
+inline Played play(const Scenario& scenario, const std::string& algorithm, const std::string& tuning) {
+  Played played;
+  const auto drive = make_simulated_drive(scenario);
+  played.truth_names = drive->truth_names();
+  EstimatorSession session("test", 1, scenario, scenario.estimator.tunings.at(tuning),
+                           make_estimator(algorithm, scenario, tuning),
+                           [&](const Estimate& e) { played.estimates.push_back(e); });
+  std::vector<std::int64_t> seq(drive->quantities().size(), 0);
+  DriveEpoch epoch;
+  while (drive->next(epoch)) {
+    for (const NamedValue& r : epoch.readings) {
+      const auto channel = static_cast<std::size_t>(r.channel);
+      session.on_reading({{epoch.utime, seq[channel]++, 1}, drive->quantities()[channel], r.value});
+    }
+    session.on_tick(epoch.utime);
+    played.utime.push_back(epoch.utime);
+    played.truth.push_back(epoch.truth);
+  }
+  return played;
+}
+
+inline double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t n = values.size();
+  return n % 2 == 1 ? values[n / 2] : 0.5 * (values[n / 2 - 1] + values[n / 2]);
+}
+
+}  // namespace slipstream::test
