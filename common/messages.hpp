@@ -78,7 +78,9 @@ struct Control {
   Command command = Command::kRun;
 };
 
-enum class RunState : std::int8_t { kRunning = 0, kPaused = 1, kEnded = 2 };
+// kEnded: the drive was played to its end; kStopped: it was stopped before. Nothing follows either.
+enum class RunState : std::int8_t { kRunning = 0, kPaused = 1, kEnded = 2, kStopped = 3 };
+inline bool is_over(RunState s) { return s == RunState::kEnded || s == RunState::kStopped; }
 
 // "Everything up to utime has been published."
 struct Tick {

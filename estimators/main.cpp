@@ -80,7 +80,7 @@ class Program {
     if (!of_this_run(t.header)) return;
     session_->on_tick(t.header.utime);
     if (lockstep_) bus_.publish(Progress{{t.header.utime, progress_seq_++, run_id_}, options_.name});
-    if (t.state != RunState::kEnded) return;
+    if (!is_over(t.state)) return;
     say("the run has ended");
     session_.reset();
     ++runs_ended_;

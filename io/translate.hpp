@@ -168,7 +168,7 @@ inline slipstream::tick to_wire(const Tick& t) {
   return m;
 }
 inline Tick from_wire(const slipstream::tick& m) {
-  require(m.state >= 0 && m.state <= 2, "the state is unknown");
+  require(m.state >= 0 && m.state <= 3, "the state is unknown");
   return {header_of(m), static_cast<RunState>(m.state)};
 }
 

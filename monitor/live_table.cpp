@@ -19,6 +19,8 @@ const char* state_name(RunState state) {
       return "running";
     case RunState::kPaused:
       return "paused";
+    case RunState::kStopped:
+      return "stopped";
     case RunState::kEnded:
       return "ended";
   }

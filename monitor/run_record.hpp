@@ -101,7 +101,8 @@ class RunRecord {
   const std::map<std::string, EstimatorRecord>& estimators() const { return estimators_; }
   Utime simulated() const { return tick_utime_; }  // up to the newest tick
   RunState state() const { return state_; }
-  bool ended() const { return state_ == RunState::kEnded; }
+  bool ended() const { return is_over(state_); }
+  bool complete() const { return state_ == RunState::kEnded; }
   bool seen_from_start() const { return first_tick_seq_ == 0; }
   std::int64_t rejected() const { return rejected_; }  // readings, truth and estimates of nobody
   std::int64_t announcements_rejected() const { return announcements_rejected_; }

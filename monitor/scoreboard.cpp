@@ -64,7 +64,7 @@ EstimatorScore score_estimator(const RunRecord& run, const std::string& name, co
 
 Scoreboard score_run(const RunRecord& record) {
   Scoreboard board;
-  board.complete = record.ended();
+  board.complete = record.complete();
   for (const auto& [name, estimator] : record.estimators())
     board.estimators.push_back(score_estimator(record, name, estimator));
   return board;

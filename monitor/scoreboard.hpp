@@ -32,7 +32,7 @@ struct EstimatorScore {
 };
 
 struct Scoreboard {
-  bool complete = false;                   // the run's end was seen
+  bool complete = false;                   // the whole drive was played and its end seen
   std::vector<EstimatorScore> estimators;  // by name
 };
 

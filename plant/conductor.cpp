@@ -17,7 +17,7 @@ namespace {
 constexpr double kDescriptorPeriod_s = 1.0;
 constexpr double kAskAgain_s = 0.2;       // a tick whose answer is missing is sent again: the first may have been lost
 constexpr double kReportMissing_s = 2.0;  // between lines that say who is still missing
-constexpr double kSpacing_s = 0.0002;     // at least, between two instants that are not in lockstep
+constexpr double kSpacing_s = 0.0002;     // at least, between two instants in real time
 
 double wall_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
@@ -154,8 +154,7 @@ Tick Conductor::tick_repeated() const {
 }
 
 void Conductor::pace() {
-  double target = published_s_ + kSpacing_s;
-  if (realtime_) target = std::max(target, paced_from_s_ + paused_s_ + seconds(now_) / run_.realtime_factor);
+  const double target = std::max(published_s_ + kSpacing_s, paced_from_s_ + paused_s_ + seconds(now_) / run_.realtime_factor);
   while (!stage_.interrupted() && !stopped_) {
     const double left = target - wall_s();
     if (left <= 0.0) break;
@@ -200,7 +199,7 @@ RunSummary Conductor::play() {
     }
     stay_paused();
     if (stopped_ || stage_.interrupted()) break;
-    if (!lockstep_) {
+    if (realtime_) {
       now_ = epoch.utime;
       pace();
     }
@@ -212,7 +211,7 @@ RunSummary Conductor::play() {
   }
   summary.simulated_s = seconds(now_);
   summary.wall_s = wall_s() - start - paused_s_;
-  publish_tick(RunState::kEnded);
+  publish_tick(summary.complete ? RunState::kEnded : RunState::kStopped);
   // Nobody answers for the end of the run; whoever missed it gets it again.
   for (int i = 0; i < 2; ++i) {
     stage_.poll(20);

@@ -4,8 +4,8 @@
 //   realtime   keep simulation time at `realtime_factor` times the wall clock
 //   free       wait for nobody
 //
-// The bus is behind an interface, so that the conductor names no transport. Between two instants it keeps a short distance, so
-// that catching up never becomes a burst that a logger with a small queue would lose.
+// The bus is behind an interface, so that the conductor names no transport. In real time it keeps a short distance between two
+// instants, so that catching up never becomes a burst that a logger with a small queue would lose.
 #pragma once
 
 #include <functional>

@@ -115,7 +115,7 @@ int run(int argc, char** argv) {
   stage.say(
       fmt::format("run {} ({}, {} clock)", descriptor.name, scenario.recorded ? "recorded" : "simulated", scenario.run.clock));
   const RunSummary summary = conductor.play();
-  stage.say(fmt::format("{} after {:.3f} s of simulation in {:.3f} s: {:.3g} times real time{}",
+  stage.say(fmt::format("{} after {:.3f} s of simulation in {:.3f} s, {:.4g} times real time{}",
                         summary.complete ? "finished" : "stopped", summary.simulated_s, summary.wall_s,
                         summary.simulated_s / std::max(summary.wall_s, 1e-9),
                         scenario.run.clock == "realtime" ? fmt::format(" ({} asked for)", scenario.run.realtime_factor) : ""));
