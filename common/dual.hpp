@@ -65,8 +65,8 @@ struct Dual {
 
   friend constexpr bool operator<(const Dual& a, const Dual& b) { return a.value < b.value; }
   friend constexpr bool operator>(const Dual& a, const Dual& b) { return b < a; }
-  friend constexpr bool operator<=(const Dual& a, const Dual& b) { return !(b < a); }
-  friend constexpr bool operator>=(const Dual& a, const Dual& b) { return !(a < b); }
+  friend constexpr bool operator<=(const Dual& a, const Dual& b) { return a.value <= b.value; }
+  friend constexpr bool operator>=(const Dual& a, const Dual& b) { return a.value >= b.value; }
   friend constexpr bool operator==(const Dual& a, const Dual& b) { return a.value == b.value; }
 };
 

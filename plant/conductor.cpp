@@ -126,7 +126,7 @@ void Conductor::publish_tick(RunState state) {
 void Conductor::wait_for_progress() {
   const double asked = wall_s();
   double asked_again = asked;
-  while (!stage_.interrupted()) {
+  while (!stage_.interrupted() && !stopped_) {
     const std::vector<std::string> late = participants_.late(now_);
     if (late.empty()) return;
     const double wall = wall_s();
@@ -174,7 +174,7 @@ void Conductor::stay_paused() {
     return;
   }
   const double from = wall_s();
-  publish_tick(RunState::kPaused);
+  if (begun_) publish_tick(RunState::kPaused);  // before the first instant nothing can be claimed
   stage_.say(fmt::format("paused at t = {:.3f} s", seconds(now_)));
   while (paused_ && !step_once_ && !stopped_ && !stage_.interrupted()) {
     keep_alive();
@@ -204,6 +204,7 @@ RunSummary Conductor::play() {
       pace();
     }
     publish(epoch);
+    begun_ = true;
     publish_tick(RunState::kRunning);
     keep_alive();
     stage_.poll(0);

@@ -76,6 +76,7 @@ class Conductor {
   double paced_from_s_ = 0.0;  // wall clock at simulation time 0
   double published_s_ = 0.0;   // wall clock of the last tick
   double paused_s_ = 0.0;      // wall clock spent paused
+  bool begun_ = false;         // an instant has been published
   bool paused_ = false, step_once_ = false, stopped_ = false;
 };
 

@@ -8,10 +8,13 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "common/check.hpp"
 
 namespace slipstream {
+
+constexpr int kMaxSteps = 100000;  // between two samples
 
 struct CvodeIntegrator::Impl {
   OdeSystem system;
@@ -20,7 +23,9 @@ struct CvodeIntegrator::Impl {
   SUNMatrix matrix = nullptr;
   SUNLinearSolver solver = nullptr;
   void* cvode = nullptr;
-  double time = 0.0;
+  double time = 0.0;         // of x
+  double reached = 0.0;      // the end of the last internal step, or the event in it
+  std::optional<int> event;  // at `reached`, not yet reported
   std::vector<int> roots;
 
   static int derivative(realtype, N_Vector x, N_Vector x_dot, void* self) {
@@ -62,7 +67,6 @@ CvodeIntegrator::CvodeIntegrator(OdeSystem system, CvodeTolerances tolerances, s
   Impl::require(CVodeInit(s.cvode, Impl::derivative, 0.0, s.x), "CVodeInit");
   Impl::require(CVodeSetUserData(s.cvode, impl_.get()), "CVodeSetUserData");
   Impl::require(CVodeSStolerances(s.cvode, tolerances.relative, tolerances.absolute), "CVodeSStolerances");
-  Impl::require(CVodeSetMaxNumSteps(s.cvode, 100000), "CVodeSetMaxNumSteps");
   s.matrix = SUNDenseMatrix(s.system.states, s.system.states, s.context);
   s.solver = SUNLinSol_Dense(s.x, s.matrix, s.context);
   Impl::require(CVodeSetLinearSolver(s.cvode, s.solver, s.matrix), "CVodeSetLinearSolver");
@@ -79,13 +83,21 @@ CvodeIntegrator::~CvodeIntegrator() = default;
 std::optional<int> CvodeIntegrator::advance(double t_s) {
   Impl& s = *impl_;
   if (t_s <= s.time) return std::nullopt;
-  const int flag = CVode(s.cvode, t_s, s.x, &s.time, CV_NORMAL);
-  Impl::require(flag, "CVode");
-  if (flag != CV_ROOT_RETURN) return std::nullopt;
-  Impl::require(CVodeGetRootInfo(s.cvode, s.roots.data()), "CVodeGetRootInfo");
-  const auto hit = std::find_if(s.roots.begin(), s.roots.end(), [](int r) { return r != 0; });
-  SLIPSTREAM_CHECK(hit != s.roots.end());
-  return static_cast<int>(hit - s.roots.begin());
+  // Whole steps towards a time that does not depend on t_s: who asks when must not change the solution by a bit.
+  for (int steps = 0; !s.event && s.reached < t_s; ++steps) {
+    if (steps == kMaxSteps) Impl::require(CV_TOO_MUCH_WORK, "CVode");  // its own limit counts only steps of one call
+    const int flag = CVode(s.cvode, s.reached + 1.0, s.x, &s.reached, CV_ONE_STEP);
+    Impl::require(flag, "CVode");
+    if (flag != CV_ROOT_RETURN) continue;
+    Impl::require(CVodeGetRootInfo(s.cvode, s.roots.data()), "CVodeGetRootInfo");
+    const auto hit = std::find_if(s.roots.begin(), s.roots.end(), [](int r) { return r != 0; });
+    SLIPSTREAM_CHECK(hit != s.roots.end());
+    s.event = static_cast<int>(hit - s.roots.begin());
+  }
+  const bool stop = s.event && s.reached <= t_s;
+  s.time = stop ? s.reached : t_s;
+  Impl::require(CVodeGetDky(s.cvode, s.time, 0, s.x), "CVodeGetDky");
+  return stop ? std::exchange(s.event, std::nullopt) : std::nullopt;
 }
 
 void CvodeIntegrator::restart(std::span<const double> x) {
@@ -94,6 +106,8 @@ void CvodeIntegrator::restart(std::span<const double> x) {
   double* storage = N_VGetArrayPointer(s.x);
   if (x.data() != storage) std::copy(x.begin(), x.end(), storage);
   Impl::require(CVodeReInit(s.cvode, s.time, s.x), "CVodeReInit");
+  s.reached = s.time;
+  s.event.reset();
 }
 
 double CvodeIntegrator::time_s() const { return impl_->time; }

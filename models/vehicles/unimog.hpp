@@ -98,6 +98,13 @@ struct Unimog {
                       " after " + std::to_string(engine_speed_rpm[i - 1]));
     if (initial_gear != static_cast<int>(initial_gear) || initial_gear > driveline.gears())
       throw Refusal("vehicle.initial_gear: expected a whole number from 1 to " + std::to_string(driveline.gears()));
+    if (shift_speed_rpm <= idle_speed_rpm)
+      throw Refusal("vehicle.shift_speed_rpm: found " + std::to_string(shift_speed_rpm) +
+                    ", expected more than idle_speed_rpm");
+    if (initial_gear < driveline.gears() &&
+        driveline.engine_speed_radps(initial_wheel_speed_radps, static_cast<int>(initial_gear)) >=
+            shift_speed_rpm * kRadpsPerRpm)
+      throw Refusal("vehicle.initial_wheel_speed_radps: turns the engine beyond shift_speed_rpm in the initial gear");
     curve_ = engine == "quadratic" ? quadratic_curve(rated_power_w, rated_speed_rpm * kRadpsPerRpm)
                                    : quintic_curve(engine_speed_rpm, engine_torque_nm);
     for (const Surface& s : kSurfaces)

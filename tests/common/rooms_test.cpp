@@ -50,6 +50,8 @@ const std::vector<Outsider>& outsiders() {
 }
 
 std::string room_of(const std::string& path) { return path.substr(0, path.find('/')); }
+// Benchmarks lie beside the code and may compare it with anything; no program contains them.
+bool is_benchmark(const std::string& path) { return path.ends_with("_benchmark.cpp"); }
 bool is_main(const std::string& path) { return fs::path(path).filename() == "main.cpp"; }
 
 // The header that a line includes, empty if it includes none.
@@ -83,6 +85,7 @@ void for_each_include(const std::function<void(const std::string& file, const st
     for (const auto& entry : fs::recursive_directory_iterator(root / room)) {
       if (!entry.is_regular_file() || !kinds.contains(entry.path().extension().string())) continue;
       const std::string file = fs::relative(entry.path(), root).generic_string();
+      if (is_benchmark(file)) continue;
       std::ifstream in(entry.path());
       for (std::string line; std::getline(in, line);)
         if (const std::string header = included(line); !header.empty()) visit(file, header);

@@ -191,18 +191,29 @@ TEST(Unimog, TorqueIsContinuousWhereTheClutchCloses) {
 
 // Whatever the scenario asks for, an engine that starts above its shift speed must not stay in that gear for ever: either the
 // start is refused or the gear goes up.
-TEST(Unimog, AStartAboveShiftSpeedIsRefusedOrShifted) {
+// The rising event would never come, and the quintic would be extrapolated.
+TEST(Unimog, AStartAboveShiftSpeedIsRefused) {
   Unimog u;
   u.initial_gear = 1.0;
   u.initial_wheel_speed_radps = 1.5 * kShift_radps / (9.57 * 6.94);
   try {
     u.prepare();
-  } catch (const Refusal&) {
-    SUCCEED();
-    return;
+    FAIL() << "not refused";
+  } catch (const Refusal& refusal) {
+    EXPECT_STREQ(refusal.what(),
+                 "vehicle.initial_wheel_speed_radps: turns the engine beyond shift_speed_rpm in the initial gear");
   }
-  EXPECT_LT(u.driveline.engine_speed_radps(u.initial_wheel_speed_radps, u.initial_mode().gear), 1.001 * kShift_radps)
-      << "3300 rpm in gear " << u.initial_mode().gear << ": the rising event never comes, and the quintic is extrapolated";
+}
+
+TEST(Unimog, AShiftSpeedBelowIdleIsRefused) {
+  Unimog u;
+  u.shift_speed_rpm = 700.0;
+  try {
+    u.prepare();
+    FAIL() << "not refused";
+  } catch (const Refusal& refusal) {
+    EXPECT_STREQ(refusal.what(), "vehicle.shift_speed_rpm: found 700.000000, expected more than idle_speed_rpm");
+  }
 }
 
 TEST(Unimog, QuadraticEngineAndSurfacesAreSelected) {
