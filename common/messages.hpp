@@ -69,6 +69,7 @@ struct Announcement {
   std::vector<std::string> state_names;
   std::vector<std::string> state_units;
   Presence presence = Presence::kJoined;
+  std::int64_t instance = 0;  // of the process: tells a restart, and two processes of one name, apart
 };
 
 enum class Command : std::int8_t { kRun = 0, kPause = 1, kStep = 2, kStop = 3 };

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <optional>
+#include <utility>
 
 #include "common/refusal.hpp"
 #include "estimators/registry.hpp"
@@ -14,6 +15,7 @@
 #include "io/bus.hpp"
 #include "io/command_line.hpp"
 #include "io/interrupt.hpp"
+#include "io/rejections.hpp"
 #include "io/scenario_reader.hpp"
 
 namespace slipstream {
@@ -37,7 +39,7 @@ class Program {
     };
     h.rejected = [this](const std::string& channel, const std::string& reason) {
       if (session_) session_->on_rejected();
-      say(fmt::format("ignored a message on {}: {}", channel, reason));
+      if (const std::string text = rejections_.line(channel, reason); !text.empty()) say(text);
     };
     bus_.subscribe(h);
   }
@@ -53,15 +55,31 @@ class Program {
     if (!more && runs_seen_ == 0)
       throw Refusal(fmt::format("{}: the log has no run descriptor; nothing to estimate", options_.url));
     announce(Presence::kLeft);
+    if (more && interrupted() && !options_.out.empty())
+      throw Refusal(fmt::format("stopped before the end of {}; nothing is written", options_.url));
+    bus_.complete();
     return 0;
   }
 
  private:
+  bool is_log() const { return options_.url.starts_with("file:"); }
   bool of_this_run(const Header& h) const { return session_ && h.run_id == run_id_; }
 
   void on_run(const RunDescriptor& r) {
-    if (session_ && r.header.run_id == run_id_) return;
-    LoadedScenario loaded = load_scenario_text(r.scenario_toml, fmt::format("scenario of run {}", r.name));
+    if (session_ && r.header.run_id == run_id_) {
+      announce(Presence::kAlive);  // somebody has just joined and does not know us yet
+      return;
+    }
+    LoadedScenario loaded;
+    try {
+      loaded = load_scenario_text(r.scenario_toml, fmt::format("scenario of run {}", r.name));
+    } catch (const Refusal& refusal) {
+      if (is_log()) throw;
+      // Whoever sent this cannot end who waits for a run that can be read.
+      if (std::exchange(unreadable_run_, r.header.run_id) != r.header.run_id)
+        say(fmt::format("cannot follow a run: {}", refusal.what()));
+      return;
+    }
     if (!options_.config.empty()) loaded = with_estimator_config(loaded, options_.config);
     const EstimatorConfig& config = loaded.scenario.estimator;
     tuning_ = options_.tuning.empty() ? config.tuning : options_.tuning;
@@ -102,6 +120,7 @@ class Program {
       }
     }
     a.presence = presence;
+    a.instance = instance_;
     bus_.publish(a);
     announced_ = std::chrono::steady_clock::now();
   }
@@ -114,10 +133,12 @@ class Program {
   const Options options_;
   Bus bus_;
   std::optional<EstimatorSession> session_;
-  std::int64_t run_id_ = 0;
+  std::int64_t run_id_ = 0, unreadable_run_ = 0;
   std::string tuning_;
   bool lockstep_ = false;
+  const std::int64_t instance_ = process_instance();
   std::int64_t announce_seq_ = 0, progress_seq_ = 0;
+  Rejections rejections_;
   int runs_seen_ = 0, runs_ended_ = 0;
   std::chrono::steady_clock::time_point announced_;
 };

@@ -1,8 +1,10 @@
 #include "io/bus.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <vector>
 
@@ -62,6 +64,12 @@ constexpr const char* kEstimatePrefix = "ESTIMATE_";
 
 bool is_valid_name(const std::string& name) { return wire::all_of(name, 32, "_-"); }
 
+std::int64_t process_instance() {
+  using namespace std::chrono;
+  const std::int64_t now_us = duration_cast<microseconds>(system_clock::now().time_since_epoch()).count();
+  return (now_us << 8) ^ ::getpid();
+}
+
 struct Bus::Impl {
   std::unique_ptr<Transport> transport;
   Handlers handlers;
@@ -90,7 +98,7 @@ struct Bus::Impl {
     if (channel == "RUN") return checked_as<slipstream::run_descriptor>(data, size, "qqqsssnSS", handlers.run);
     if (channel == "TICK") return checked_as<slipstream::tick>(data, size, "qqqb", handlers.tick);
     if (channel == "TRUTH") return checked_as<slipstream::truth>(data, size, "qqqnD", handlers.truth);
-    if (channel == "ANNOUNCE") return checked_as<slipstream::announcement>(data, size, "qqqsssssnSSb", handlers.announcement);
+    if (channel == "ANNOUNCE") return checked_as<slipstream::announcement>(data, size, "qqqsssssnSSbq", handlers.announcement);
     if (channel == "PROGRESS") return checked_as<slipstream::progress>(data, size, "qqqs", handlers.progress);
     if (channel == "CONTROL") return checked_as<slipstream::control>(data, size, "qqqb", handlers.control);
     if (channel.rfind(kEstimatePrefix, 0) == 0)
@@ -144,6 +152,8 @@ void Bus::subscribe(Handlers handlers) {
   s.transport->subscribe(channels, [&s](const std::string& channel, std::int64_t wall_utime, const void* data,
                                         std::size_t size) { s.on_message(channel, wall_utime, data, size); });
 }
+
+void Bus::complete() { impl_->transport->complete(); }
 
 bool Bus::poll(int timeout_ms) { return impl_->transport->poll(timeout_ms); }
 

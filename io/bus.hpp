@@ -20,6 +20,9 @@ inline constexpr const char* kDefaultLcmUrl = "udpm://239.255.76.67:7667?ttl=0";
 // Participant names appear in channels, file names and plots: 1 to 32 characters of [A-Za-z0-9_-].
 bool is_valid_name(const std::string& name);
 
+// A number that no other process on this bus has, for Announcement::instance: the wall clock and the process id.
+std::int64_t process_instance();
+
 struct Handlers {
   std::function<void(const RunDescriptor&)> run;
   std::function<void(const Tick&)> tick;
@@ -59,6 +62,9 @@ class Bus {
   void publish(const Announcement& m);
   void publish(const Progress& m);
   void publish(const Control& m);
+
+  // With a log: `log_out` is complete. Until then it is not there under its name, and without this call it never is.
+  void complete();
 
  private:
   struct Impl;

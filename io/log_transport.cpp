@@ -48,8 +48,19 @@ class LogTransport final : public Transport {
     if (!out_path.empty()) {
       if (std::filesystem::equivalent(out_path, url_.path, error))
         throw Refusal(fmt::format("--out: '{}' is the log that is being read", out_path));
-      out_ = std::make_unique<LogWriter>(out_path);
+      out_path_ = out_path;
+      try {
+        out_ = std::make_unique<LogWriter>(partial());
+      } catch (const Refusal&) {
+        throw Refusal(fmt::format("{}: cannot write the log", out_path));
+      }
     }
+  }
+  ~LogTransport() override {
+    if (!out_) return;
+    out_.reset();
+    std::error_code ignored;
+    std::filesystem::remove(partial(), ignored);
   }
 
   void subscribe(const std::vector<std::string>& channels, RawHandler handler) override {
@@ -78,7 +89,16 @@ class LogTransport final : public Transport {
     if (out_) out_->write(channel, now_, data, size);
   }
 
+  void complete() override {
+    if (!out_) return;
+    out_.reset();  // closes the file
+    std::error_code error;
+    std::filesystem::rename(partial(), out_path_, error);
+    if (error) throw Refusal(fmt::format("{}: cannot write the log: {}", out_path_, error.message()));
+  }
+
  private:
+  std::string partial() const { return out_path_ + ".partial"; }
   bool wanted(const std::string& channel) const {
     for (const std::string& c : channels_) {
       const bool prefix = c.size() >= 2 && c.compare(c.size() - 2, 2, ".*") == 0;
@@ -104,6 +124,7 @@ class LogTransport final : public Transport {
   std::int64_t first_ = -1;
   std::chrono::steady_clock::time_point started_;
   std::unique_ptr<lcm::LogFile> log_;
+  std::string out_path_;
   std::unique_ptr<LogWriter> out_;
   std::vector<std::string> channels_;
   RawHandler handler_;

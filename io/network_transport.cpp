@@ -1,3 +1,4 @@
+#include <arpa/inet.h>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
@@ -15,7 +16,17 @@ namespace slipstream {
 
 namespace {
 
-constexpr int kDrainAtMost = 4096;  // messages a poll, so that a flood cannot hold the caller
+constexpr int kDrainAtMost = 4096;                   // messages a poll, so that a flood cannot hold the caller
+constexpr std::uint32_t kLargestMessage = 1U << 28;  // that LCM puts together from fragments
+
+bool is_usable(const std::string& url) {
+  static const std::regex form(R"(udpm://(\d{1,3}\.\d{1,3}\.\d{1,3}\.\d{1,3})(:(\d{1,5}))?(\?[A-Za-z0-9_=&]*)?)");
+  std::smatch part;
+  in_addr group{};
+  if (!std::regex_match(url, part, form) || inet_pton(AF_INET, part[1].str().c_str(), &group) != 1) return false;
+  const int port = part[3].matched ? std::stoi(part[3].str()) : 1;
+  return IN_MULTICAST(ntohl(group.s_addr)) && port >= 1 && port <= 65535;
+}
 
 // LCM prints its own lines when it cannot start; ours says what to do about it.
 class QuietStderr {
@@ -41,8 +52,7 @@ class QuietStderr {
 class NetworkTransport final : public Transport {
  public:
   explicit NetworkTransport(const std::string& url) : url_(url) {
-    const std::regex form(R"(udpm://(\d{1,3}\.\d{1,3}\.\d{1,3}\.\d{1,3})(:\d{1,5})?(\?[A-Za-z0-9_=&]*)?)");
-    if (!std::regex_match(url, form))
+    if (!is_usable(url))
       throw Refusal(
           fmt::format("--lcm-url: cannot use '{}'; expected udpm://GROUP:PORT?ttl=N (e.g. udpm://239.255.76.67:7667?ttl=0) "
                       "or file://LOG?speed=0",
@@ -91,6 +101,8 @@ class NetworkTransport final : public Transport {
   }
   // Exceptions must not cross LCM's C code.
   static void on_message(const lcm::ReceiveBuffer* b, const std::string& channel, NetworkTransport* self) {
+    // A packet that ends before or within its channel comes with a size that has wrapped below zero.
+    if (channel.empty() || b->data_size > kLargestMessage) return;
     try {
       self->handler_(channel, b->recv_utime, b->data, b->data_size);
     } catch (...) {

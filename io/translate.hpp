@@ -139,6 +139,7 @@ inline slipstream::announcement to_wire(const Announcement& a) {
   m.state_names = a.state_names;
   m.state_units = a.state_units;
   m.presence = static_cast<std::int8_t>(a.presence);
+  m.instance = a.instance;
   return m;
 }
 inline Announcement from_wire(const slipstream::announcement& m) {
@@ -149,7 +150,8 @@ inline Announcement from_wire(const slipstream::announcement& m) {
   require(m.presence >= 0 && m.presence <= 2, "the presence is unknown");
   return {header_of(m),  m.name,        m.role,
           m.algorithm,   m.tuning,      m.model,
-          m.state_names, m.state_units, static_cast<Presence>(m.presence)};
+          m.state_names, m.state_units, static_cast<Presence>(m.presence),
+          m.instance};
 }
 
 inline slipstream::control to_wire(const Control& c) {

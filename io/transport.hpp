@@ -19,11 +19,14 @@ class Transport {
   // Waits up to timeout_ms, then handles all that is pending. False when nothing can follow.
   virtual bool poll(int timeout_ms) = 0;
   virtual void publish(const std::string& channel, const void* data, std::size_t size) = 0;
+  // Nothing more will be published: what goes to a file gets its name.
+  virtual void complete() {}
 };
 
 // udpm://, and whatever else LCM opens.
 std::unique_ptr<Transport> open_network(const std::string& url);
-// file://PATH?speed=S: S = 0 as fast as possible, 1 as recorded. What is published goes to `out_path` (empty: nowhere).
+// file://PATH?speed=S: S = 0 as fast as possible, 1 as recorded. What is published goes to `out_path` (empty: nowhere), which
+// is there when it is complete, or not at all.
 std::unique_ptr<Transport> open_log(const std::string& url, const std::string& out_path);
 
 }  // namespace slipstream

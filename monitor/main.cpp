@@ -4,8 +4,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstring>
 #include <ctime>
 #include <deque>
 #include <filesystem>
@@ -74,6 +76,18 @@ RunInfo describe(const RunDescriptor& descriptor) {
                                 : std::visit([](const auto& v) { return std::string(v.kName); }, scenario.plant.vehicle);
   info.facts = {{"Plant", plant}, {"Sensors", sensors}};
   return info;
+}
+
+// The folder for the results is made when a run begins; whether it can be is found out before.
+void require_writable(const std::string& out) {
+  if (out.empty()) throw Refusal("--out: found '', expected a folder");
+  std::filesystem::path at = std::filesystem::absolute(out);
+  std::error_code error;
+  while (!std::filesystem::exists(at, error) && at.has_relative_path()) at = at.parent_path();
+  if (!std::filesystem::is_directory(at, error))
+    throw Refusal(fmt::format("--out: '{}' is not a folder", plain_line(at.string())));
+  if (::access(at.c_str(), W_OK | X_OK) != 0)
+    throw Refusal(fmt::format("--out: cannot write to '{}': {}", plain_line(at.string()), std::strerror(errno)));
 }
 
 // Every message into the log. What comes before a run is known waits, so that a log begins with its announcements.
@@ -184,7 +198,9 @@ class Monitor {
   }
 
   void opened(const RunRecord& run) {
-    std::filesystem::create_directories(options_.out);
+    std::error_code error;
+    std::filesystem::create_directories(options_.out, error);
+    if (error) throw Refusal(fmt::format("--out: cannot make '{}': {}", plain_line(options_.out), error.message()));
     remove_results(options_.out);
     if (!is_replay_) recorder_.open(options_.out + "/" + options_.log_name);
     opened_at_ = Clock::now();
@@ -196,6 +212,7 @@ class Monitor {
                                utc.tm_hour, utc.tm_min, utc.tm_sec);
     live_.begin_run();
     say(fmt::format("run {} on the {} clock", plain_line(run.info().name), plain_line(run.info().clock)));
+    announce(Presence::kAlive);  // the plant may be waiting for us
   }
 
   // Another run began: what there is of the old one moves aside, because the new one gets the directory.
@@ -252,6 +269,7 @@ class Monitor {
     m.name = options_.name;
     m.role = "monitor";
     m.presence = presence;
+    m.instance = instance_;
     bus_.publish(m);
   }
 
@@ -297,6 +315,7 @@ int run_monitor(int argc, char** argv) {
     throw Refusal(fmt::format("--name: found '{}', expected 1 to 32 characters of A-Z a-z 0-9 _ -", plain_line(options.name)));
   if (!is_safe_name(options.log_name) || options.log_name.starts_with("."))
     throw Refusal(fmt::format("--log-name: found '{}', expected a plain file name", plain_line(options.log_name)));
+  require_writable(options.out);
   std::optional<Published> published;
   if (!options.published.empty()) published = load_published(options.published);
 

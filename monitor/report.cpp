@@ -63,7 +63,8 @@ class Page {
   void warning(const std::string& text) { out_ += fmt::format("<p class=\"warning\">{}</p>\n", text); }
 
   void warnings() {
-    if (!results_.board.complete) warning("This run is incomplete: it was stopped, or its end was not seen. The scores cover what was.");
+    if (!results_.board.complete)
+      warning("This run is incomplete: it was stopped, or its end was not seen. The scores cover what was.");
     if (!results_.record.seen_from_start()) warning("The beginning of this run was not seen.");
     if (results_.record.truth().utime.empty()) warning("No truth was published in this run: nothing is scored against it.");
     if (info_.scenario.empty()) warning("The scenario of this run could not be read: its facts are missing here.");

@@ -88,7 +88,10 @@ void RunRecord::add(const Reading& m) {
 void RunRecord::add(const Announcement& m) {
   const std::size_t n = m.state_names.size();
   if (n == 0) {  // it does not know its model yet, because it has seen no run
-    if (const auto known = estimators_.find(m.name); known != estimators_.end()) known->second.presence = m.presence;
+    const auto known = estimators_.find(m.name);
+    if (known == estimators_.end()) return;
+    known->second.presence = m.presence;
+    if (m.presence == Presence::kJoined) known->second.sequence.newest = -1;  // who starts again counts from 0 again
     return;
   }
   const bool usable = n <= kMaxStates && m.state_units.size() == n && all_safe(m.state_names);

@@ -60,7 +60,8 @@ void Session::handle(const RunDescriptor& m) {
   run_ = std::make_unique<RunRecord>(std::move(info));
   said_.clear();
   progress_seq_ = 0;
-  for (const auto& [name, announcement] : waiting_) run_->add(announcement);
+  for (const auto& [name, announcement] : waiting_)
+    if (announcement.header.run_id == 0 || announcement.header.run_id == m.header.run_id) run_->add(announcement);
   waiting_.clear();
   hooks_.opened(*run_);
 }
@@ -101,14 +102,15 @@ void Session::handle(const Announcement& m) {
     if (m.presence != Presence::kLeft && (is_new || had_left))
       hooks_.say(fmt::format("{} joined: {}, tuning {}, model {}", plain_line(m.name), plain_line(m.algorithm),
                              plain_line(m.tuning), plain_line(m.model)));
-  } else if (m.header.run_id == 0) {
+  } else {
+    // Either it waits for a run, or it has read the descriptor of one that has not reached us yet.
+    if (m.header.run_id != 0) ++ignored_;
     if (m.presence == Presence::kLeft) {
       waiting_.erase(m.name);
-    } else if (waiting_.size() < 64 && waiting_.insert_or_assign(m.name, m).second) {
+    } else if ((waiting_.size() < 64 || waiting_.contains(m.name)) && waiting_.insert_or_assign(m.name, m).second &&
+               m.header.run_id == 0) {
       hooks_.say(fmt::format("{} is waiting for a run", plain_line(m.name)));
     }
-  } else {
-    ++ignored_;
   }
 }
 

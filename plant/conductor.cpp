@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <thread>
+#include <utility>
 
 #include "common/refusal.hpp"
 
@@ -17,7 +18,7 @@ namespace {
 constexpr double kDescriptorPeriod_s = 1.0;
 constexpr double kAskAgain_s = 0.2;       // a tick whose answer is missing is sent again: the first may have been lost
 constexpr double kReportMissing_s = 2.0;  // between lines that say who is still missing
-constexpr double kSpacing_s = 0.0002;     // at least, between two instants in real time
+constexpr double kMostCatchUp = 2.0;      // after a stall, at most so many times the asked pace
 
 double wall_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
@@ -83,10 +84,12 @@ void Conductor::wait_for_participants() {
       if (!participants_.contains(name)) missing.push_back(name);
     if (missing.empty()) return;
     const double waited = wall_s() - start;
-    if (waited > run_.start_timeout_s)
+    if (waited > run_.start_timeout_s) {
+      publish_tick(RunState::kStopped);  // for those who came
       throw Refusal(
           fmt::format("after {:.0f} s nobody has announced itself as '{}'; start it, or choose others with --wait-for", waited,
                       fmt::join(missing, "', '")));
+    }
     if (wall_s() - reported > kReportMissing_s) {
       stage_.say(fmt::format("waiting for {} (--wait-for chooses others)", fmt::join(missing, ", ")));
       reported = wall_s();
@@ -153,8 +156,10 @@ Tick Conductor::tick_repeated() const {
   return again;
 }
 
-void Conductor::pace() {
-  const double target = std::max(published_s_ + kSpacing_s, paced_from_s_ + paused_s_ + seconds(now_) / run_.realtime_factor);
+void Conductor::pace(Utime previous) {
+  const double interval_s = seconds(now_ - previous) / run_.realtime_factor;
+  const double target =
+      std::max(published_s_ + interval_s / kMostCatchUp, paced_from_s_ + paused_s_ + seconds(now_) / run_.realtime_factor);
   while (!stage_.interrupted() && !stopped_) {
     const double left = target - wall_s();
     if (left <= 0.0) break;
@@ -200,8 +205,8 @@ RunSummary Conductor::play() {
     stay_paused();
     if (stopped_ || stage_.interrupted()) break;
     if (realtime_) {
-      now_ = epoch.utime;
-      pace();
+      const Utime previous = std::exchange(now_, epoch.utime);
+      pace(previous);
     }
     publish(epoch);
     begun_ = true;

@@ -4,8 +4,8 @@
 //   realtime   keep simulation time at `realtime_factor` times the wall clock
 //   free       wait for nobody
 //
-// The bus is behind an interface, so that the conductor names no transport. In real time it keeps a short distance between two
-// instants, so that catching up never becomes a burst that a logger with a small queue would lose.
+// The bus is behind an interface, so that the conductor names no transport. In real time it catches up after a stall at most at
+// twice the asked pace, never by a burst that a logger with a small queue would lose.
 #pragma once
 
 #include <functional>
@@ -57,7 +57,7 @@ class Conductor {
   void publish_tick(RunState state);
   void wait_for_progress();
   Tick tick_repeated() const;
-  void pace();
+  void pace(Utime previous);
   void stay_paused();
 
   const RunConfig run_;

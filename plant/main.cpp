@@ -1,9 +1,7 @@
 // slipstream-plant: plays a scenario's drive, simulated or recorded, on the bus.
 #include <fmt/format.h>
 
-#include <atomic>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <utility>
@@ -14,6 +12,7 @@
 #include "io/command_line.hpp"
 #include "io/interrupt.hpp"
 #include "io/recorded_files.hpp"
+#include "io/rejections.hpp"
 #include "io/scenario_reader.hpp"
 #include "plant/conductor.hpp"
 #include "plant/recorded_drive.hpp"
@@ -103,12 +102,13 @@ int run(int argc, char** argv) {
   descriptor.truth_names = drive->truth_names();
   descriptor.truth_units = drive->truth_units();
   Conductor conductor(scenario.run, descriptor, *drive, stage);
+  Rejections rejections;
   Handlers handlers;
   handlers.announcement = [&](const Announcement& a) { conductor.on_announcement(a); };
   handlers.progress = [&](const Progress& p) { conductor.on_progress(p); };
   handlers.control = [&](const Control& c) { conductor.on_control(c); };
   handlers.rejected = [&](const std::string& channel, const std::string& reason) {
-    stage.say(fmt::format("ignored a message on {}: {}", channel, reason));
+    if (const std::string text = rejections.line(channel, reason); !text.empty()) stage.say(text);
   };
   bus.subscribe(handlers);
 

@@ -20,7 +20,7 @@ class Participants {
   // True if the sender does not know the run yet, so that the run descriptor should be published again.
   bool on_announcement(const Announcement& a) {
     if (a.presence == Presence::kLeft) {
-      members_.erase(a.name);
+      if (a.header.run_id == 0 || a.header.run_id == run_id_) members_.erase(a.name);
       return false;
     }
     if (a.header.run_id != run_id_) return true;

@@ -284,7 +284,10 @@ TEST(Conductor, RefusesToStartWithoutThoseItWaitsFor) {
                                                    "or choose others with --wait-for")))
       << message;
   EXPECT_TRUE(p.stage.of(Published::kReading).empty());
-  EXPECT_TRUE(p.stage.of(Published::kTick).empty());
+  // Those who came hear that nothing will follow.
+  const auto ticks = p.stage.of(Published::kTick);
+  ASSERT_EQ(ticks.size(), 1U);
+  EXPECT_EQ(ticks[0].state, RunState::kStopped);
 }
 
 TEST(Conductor, StartsWhenTheLastOneItWaitsForIsThere) {
@@ -499,8 +502,7 @@ TEST(Conductor, TimeSpentPausedIsNotCaughtUpWith) {
   EXPECT_LE(summary.wall_s, wall_s() - start - pause) << "the summary does not count the pause";
 }
 
-// After a stall realtime catches up, but never as a burst: at least 0.2 ms between two instants, as the head of conductor.cpp
-// says.
+// After a stall realtime catches up at twice the asked pace at most, as the head of conductor.hpp says.
 TEST(Conductor, CatchingUpIsNotABurst) {
   Play p("realtime", 100, 1'000);
   p.prepare();
@@ -512,7 +514,7 @@ TEST(Conductor, CatchingUpIsNotABurst) {
   int caught_up = 0;
   for (std::size_t k = 1; k < 100; ++k) {
     const double gap = ticks[k].wall_s - ticks[k - 1].wall_s;
-    EXPECT_GE(gap, 0.0002) << k;  // the spacing; the clock of the test starts before the conductor's
+    EXPECT_GE(gap, 0.00049) << k;  // half the interval, less what passes between the test's clock and the conductor's
     if (gap < 0.0009) ++caught_up;
   }
   EXPECT_GT(caught_up, 0) << "an 80 ms stall in 90 instants of 1 ms and no attempt to catch up";

@@ -26,8 +26,8 @@ inline Arguments operator+(Arguments a, const Arguments& b) {
   return a;
 }
 
-// Benches are kept apart by port: LCM hears other groups on the same port. ctest runs every test as a process of its own, so the
-// process id spreads them; a port on which somebody listens is passed over.
+// Benches are kept apart by port: LCM hears other groups on the same port. ctest runs every test as a process of its own, so
+// the process id spreads them; a port on which somebody listens is passed over.
 inline int free_port() {
   static int offset = 0;
   for (;; ++offset) {

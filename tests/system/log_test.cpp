@@ -1,6 +1,7 @@
 // Logs: estimated again without a network, written by the real lcm-logger, played by the real lcm-logplayer.
 #include <gtest/gtest.h>
 
+#include <iostream>
 #include <lcm/lcm-cpp.hpp>
 #include <map>
 
@@ -57,52 +58,64 @@ TEST(Log, EstimatedAgainItNeedsNoNetwork) {
 TEST(Log, TheMonitorScoresItTheSame) {
   Bench bench;
   play_short(bench);
-  Process again = bench.run({Bench::program("monitor"), "--lcm-url", "file://" + bench.path("out/run.lcm") + "?speed=0", "--out",
-                             bench.path("again")});
+  Process again = bench.run({Bench::program("monitor"), "--lcm-url", "file://" + bench.path("out/run.lcm") + "?speed=0",
+                             "--out", bench.path("again")});
   expect_success(again);
   EXPECT_EQ(without_times(bench.scores("again")), without_times(bench.scores()));
 }
 
-TEST(RealTime, LcmLoggerLosesNothingAtAKilohertz) {
+// A run at 1 kHz with the real lcm-logger beside it. Its queue holds 31 messages, which is 5 ms of such a run: when the machine
+// itself halts the logger for longer, messages are gone whatever the plant does. That is the only way to get `false`.
+bool logger_has_everything() {
   Bench bench;
   Observer observer(bench.url);
   const std::string log = bench.path("logged.lcm");
   Process logger = bench.run({"lcm-logger", "--lcm-url=" + bench.url, log});
   // The logger hears us once a message of ours is in its file.
-  ASSERT_TRUE(observer.until([&] {
+  EXPECT_TRUE(observer.until([&] {
     std::error_code none;
     observer.send(Command::kRun);
     return std::filesystem::file_size(log, none) > 0 && !none;
   })) << logger.err();
 
-  Process plant = bench.plant({kUnimog, "--clock", "realtime", "--wait-for", "ekf,monitor", "--set", "run.duration_s=2", "--set",
-                               "sensor.wheel_speed.rate_hz=1000", "--set", "sensor.accelerometer.rate_hz=1000", "--set",
-                               "plant.input_rate_hz=1000", "--set", "plant.truth_rate_hz=1000"}),
+  Process plant = bench.plant({kUnimog, "--clock", "realtime", "--wait-for", "ekf,monitor", "--set", "run.duration_s=2",
+                               "--set", "sensor.wheel_speed.rate_hz=1000", "--set", "sensor.accelerometer.rate_hz=1000",
+                               "--set", "plant.input_rate_hz=1000", "--set", "plant.truth_rate_hz=1000"}),
           monitor = bench.monitor(), ekf = bench.estimator({"--once"});
   for (Process* p : {&plant, &ekf, &monitor}) expect_success(*p);
   logger.signal(SIGTERM);
   logger.wait();
 
   Payloads logged = payloads_in(log), recorded = payloads_in(bench.path("out/run.lcm"));
+  bool everything = logged["TICK"] == recorded["TICK"];
   for (const char* channel : {"DRIVE_TORQUE", "SENSOR_WHEEL_SPEED", "SENSOR_ACCELEROMETER", "TRUTH", "ESTIMATE_ekf"}) {
-    EXPECT_EQ(logged[channel].size(), 2001U) << channel << ": 2 s at 1 kHz, both ends included";
-    EXPECT_TRUE(logged[channel] == recorded[channel]) << channel << " differs from the monitor's log";
+    EXPECT_EQ(recorded[channel].size(), 2001U) << channel << ", our own log: 2 s at 1 kHz, both ends included";
+    everything = everything && logged[channel] == recorded[channel];
+    if (logged[channel].size() < 2001) std::cout << channel << ": the logger has " << logged[channel].size() << " of 2001\n";
   }
-  EXPECT_TRUE(logged["TICK"] == recorded["TICK"]);
+  if (!everything) return false;
   // Our own numbers say the same: the estimator, on the logger's file, misses none.
   Process again = bench.from_log(log, {"--out", bench.path("new.lcm")});
   expect_success(again);
   const std::vector<Estimate> estimates = estimates_in(bench.path("new.lcm"), "ekf");
-  ASSERT_EQ(estimates.size(), 2001U);
-  EXPECT_EQ(estimates.back().messages_lost, 0);
+  EXPECT_EQ(estimates.size(), 2001U);
+  for (const Estimate& e : estimates) EXPECT_EQ(e.messages_lost, 0);
   expect_same(estimates, estimates_in(log, "ekf"));
+  return true;
+}
+
+TEST(RealTime, LcmLoggerLosesNothingAtAKilohertz) {
+  // A second and a third chance are for halts of the machine; a plant that sends bursts fails them all.
+  bool everything = false;
+  for (int attempt = 0; attempt < 3 && !everything && !HasFailure(); ++attempt) everything = logger_has_everything();
+  EXPECT_TRUE(everything);
 }
 
 TEST(RealTime, LcmLogplayerFeedsLiveEstimators) {
   Bench bench;
   {
-    Process plant = bench.plant({kUnimog, "--clock", "realtime", "--wait-for", "ekf,monitor", "--set", "run.duration_s=2", "--set",
-                                 "run.realtime_factor=2"}),
+    Process plant = bench.plant({kUnimog, "--clock", "realtime", "--wait-for", "ekf,monitor", "--set", "run.duration_s=2",
+                                 "--set", "run.realtime_factor=2"}),
             monitor = bench.monitor(), ekf = bench.estimator({"--once"});
     for (Process* p : {&plant, &ekf, &monitor}) expect_success(*p);
   }
@@ -112,9 +125,10 @@ TEST(RealTime, LcmLogplayerFeedsLiveEstimators) {
   ASSERT_TRUE(observer.until([&] { return observer.announcements.size() >= 2; }));
   Process player = bench.run({"lcm-logplayer", "-s", "0.5", "-l", bench.url, bench.path("out/run.lcm")});
   for (Process* p : {&player, &ekf, &mhe}) expect_success(*p);
-  ASSERT_TRUE(observer.until([&] { return observer.estimates["mhe2"].size() >= 201 && observer.estimates["ekf2"].size() >= 201; }))
-      << "2 s at 100 Hz, both ends included; found " << observer.estimates["ekf2"].size() << " and "
-      << observer.estimates["mhe2"].size();
+  ASSERT_TRUE(observer.until([&] {
+    return observer.estimates["mhe2"].size() >= 201 && observer.estimates["ekf2"].size() >= 201;
+  })) << "2 s at 100 Hz, both ends included; found "
+      << observer.estimates["ekf2"].size() << " and " << observer.estimates["mhe2"].size();
   EXPECT_EQ(observer.estimates["mhe2"].back().messages_lost, 0);
   std::vector<Estimate> played = observer.estimates["ekf2"];
   for (Estimate& e : played) e.name = "ekf";

@@ -39,10 +39,11 @@ class Observer {
     return true;
   }
   bool until_paused(Utime utime) {
-    return until([&] { return !ticks.empty() && ticks.back().state == RunState::kPaused && ticks.back().header.utime >= utime; });
+    return until(
+        [&] { return !ticks.empty() && ticks.back().state == RunState::kPaused && ticks.back().header.utime >= utime; });
   }
   bool until_ended() {
-    return until([&] { return !ticks.empty() && ticks.back().state == RunState::kEnded; });
+    return until([&] { return !ticks.empty() && is_over(ticks.back().state); });
   }
   // Until somebody of that name follows the run.
   bool until_follows(const std::string& name) {
