@@ -50,8 +50,8 @@ Vector<double, static_cast<int>(Count)> by_name(const std::map<std::string, doub
 }
 }  // namespace belief_detail
 
-// Refuses a tuning that takes the noise of a sensor the scenario does not have and does not give it either: such an output is
-// never measured, so its law stays empty. Maps may leave states out: variance 0, mean 0, no bound.
+// Refuses a sensor without noise where the tuning takes the sensors' own. The law of an output that no sensor measures stays
+// empty. Maps may leave states out: variance 0, mean 0, no bound.
 template <ProcessModel M>
 Belief<M> make_belief(const M& model, const Scenario& scenario, const Tuning& tuning) {
   using belief_detail::by_name;
@@ -64,8 +64,14 @@ Belief<M> make_belief(const M& model, const Scenario& scenario, const Tuning& tu
       b.noise[i] = {0.0, std::sqrt(given[static_cast<int>(i)])};
       continue;
     }
-    for (const SensorConfig& s : scenario.sensors)
-      if (s.quantity == M::kOutputNames[i].name) b.noise[i] = s.noise;
+    for (const SensorConfig& s : scenario.sensors) {
+      if (s.quantity != M::kOutputNames[i].name) continue;
+      if (s.noise.relative == 0.0 && s.noise.absolute == 0.0)
+        throw Refusal("sensor." + s.type +
+                      ": has no noise, which no estimator can weigh; give it some, or let the tuning say " +
+                      "measurement_noise = \"given\"");
+      b.noise[i] = s.noise;
+    }
   }
   b.process_variance = by_name(tuning.process_variance, M::kStateNames, 0.0);
   b.process_per_step = tuning.process_noise == "step";

@@ -1,8 +1,10 @@
 #include "estimators/ekf.hpp"
 
-#include "estimators/algorithms.hpp"
+#include <memory>
 
 namespace slipstream {
+
+std::unique_ptr<Estimator> make_ekf(const Scenario& scenario, const Tuning& tuning);
 
 std::unique_ptr<Estimator> make_ekf(const Scenario& scenario, const Tuning& tuning) {
   return std::visit(

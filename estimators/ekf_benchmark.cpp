@@ -4,19 +4,22 @@
 #include <array>
 #include <memory>
 
-#include "estimators/ekf.hpp"
-#include "models/processes/longitudinal_friction.hpp"
+#include "estimators/registry.hpp"
+#include "models/sensors/all.hpp"
 
 namespace slipstream {
 namespace {
 
 void ekf_step(benchmark::State& state) {
-  Belief<LongitudinalFriction> belief;
-  belief.noise = {{{0.05, 0.0}, {0.05, 0.0}}};
-  belief.process_variance = {1e-3, 1e-8, 5e-4};
-  belief.initial_mean = {9.0, 4.6, 0.1};
-  belief.initial_variance = {0.01, 0.001, 0.04};
-  const std::unique_ptr<Estimator> ekf = std::make_unique<Ekf<LongitudinalFriction>>(belief);
+  Scenario scenario;
+  for (const SensorType& type : kSensorTypes)
+    scenario.sensors.push_back({std::string(type.name), std::string(type.quantity.name), 100.0, {0.05, 0.0}});
+  Tuning tuning;
+  tuning.process_variance = {{"wheel_speed_radps", 1e-3}, {"speed_mps", 1e-8}, {"friction", 5e-4}};
+  tuning.initial_mean = {{"wheel_speed_radps", 9.0}, {"speed_mps", 4.6}, {"friction", 0.1}};
+  tuning.initial_variance = {{"wheel_speed_radps", 0.01}, {"speed_mps", 0.001}, {"friction", 0.04}};
+  scenario.estimator.tunings["matched"] = tuning;
+  const std::unique_ptr<Estimator> ekf = make_estimator("ekf", scenario, "matched");
   ekf->start_given();
   // A drive that goes on for ever: the torque that keeps the speed, and noise that the compiler cannot foresee.
   std::array<std::array<double, 2>, 64> z{};

@@ -1,6 +1,8 @@
 // What all algorithms with a Gaussian posterior have in common at the process's interface: names, start, status.
 #pragma once
 
+#include <cmath>
+
 #include "estimators/estimator.hpp"
 #include "estimators/kalman.hpp"
 

@@ -69,6 +69,19 @@ void symmetrise(Matrix<double, N>& p) {
   p = (0.5 * (p + p.transpose())).eval();
 }
 
+// A B' where it is known to be symmetric: one triangle is computed and mirrored, so that it is so to the last bit.
+template <int N, int K>
+Matrix<double, N> symmetric_product(const Matrix<double, N, K>& a, const Matrix<double, N, K>& b) {
+  Matrix<double, N> p;
+  for (int r = 0; r < N; ++r)
+    for (int c = 0; c <= r; ++c) {
+      double sum = a(r, 0) * b(c, 0);
+      for (int k = 1; k < K; ++k) sum += a(r, k) * b(c, k);
+      p(r, c) = p(c, r) = sum;
+    }
+  return p;
+}
+
 template <ProcessModel M>
 struct Gaussian {
   Vector<double, M::kStates> mean;
@@ -82,7 +95,7 @@ template <ProcessModel M>
   Matrix<double, M::kStates> f;
   transition_and_jacobian(belief.model, from.mean, u, dt_s, to.mean, f);
   const Matrix<double, M::kStates> half = f * from.covariance;
-  to.covariance.noalias() = half * f.transpose();
+  to.covariance = symmetric_product<M::kStates, M::kStates>(half, f);
   to.covariance.diagonal() += belief.process_covariance(dt_s);
   return to;
 }
@@ -126,7 +139,7 @@ template <ProcessModel M>
   constexpr int n = M::kStates;
   Matrix<double, M::kOutputs> s_inverse;
   if constexpr (M::kOutputs <= 4) {
-    s_inverse = i.covariance.inverse();  // closed form; S is positive: R > 0
+    s_inverse = i.covariance.inverse();  // closed form; S is positive: R > 0 (belief.hpp) unless all is zero
   } else {
     s_inverse = i.covariance.llt().solve(Matrix<double, M::kOutputs>::Identity());
   }
@@ -136,9 +149,7 @@ template <ProcessModel M>
   const Matrix<double, n> left = Matrix<double, n>::Identity() - gain * i.h;
   const Matrix<double, n> half = left * prior.covariance;
   const Matrix<double, M::kStates, M::kOutputs> weighted = gain * i.noise.asDiagonal();
-  posterior.covariance.noalias() = half * left.transpose();
-  posterior.covariance.noalias() += weighted * gain.transpose();
-  symmetrise(posterior.covariance);
+  posterior.covariance = symmetric_product<n, n>(half, left) + symmetric_product<n, M::kOutputs>(weighted, gain);
 #ifndef NDEBUG
   SLIPSTREAM_CHECK(!posterior.covariance.allFinite() || is_positive_definite(posterior.covariance));
 #endif

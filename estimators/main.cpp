@@ -21,7 +21,10 @@
 namespace slipstream {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 constexpr double kAlivePeriod_s = 1.0;
+constexpr double kSilence_s = 3.0;  // after so long without a tick another run may take the place of the present one
 
 struct Options {
   std::string algorithm = "ekf", name, tuning, config, url = kDefaultLcmUrl, out;
@@ -49,8 +52,7 @@ class Program {
     bool more = true;
     while (more && !interrupted() && !(options_.once && runs_ended_ > 0)) {
       more = bus_.poll(100);
-      if (std::chrono::steady_clock::now() - announced_ >= std::chrono::duration<double>(kAlivePeriod_s))
-        announce(Presence::kAlive);
+      if (Clock::now() - announced_ >= std::chrono::duration<double>(kAlivePeriod_s)) announce(Presence::kAlive);
     }
     if (!more && runs_seen_ == 0)
       throw Refusal(fmt::format("{}: the log has no run descriptor; nothing to estimate", options_.url));
@@ -66,8 +68,16 @@ class Program {
   bool of_this_run(const Header& h) const { return session_ && h.run_id == run_id_; }
 
   void on_run(const RunDescriptor& r) {
-    if (session_ && r.header.run_id == run_id_) {
+    const bool same = session_ && r.header.run_id == run_id_;
+    if (same && r.header.seq > descriptor_seq_) {
+      descriptor_seq_ = r.header.seq;
       announce(Presence::kAlive);  // somebody has just joined and does not know us yet
+      return;
+    }
+    if (same) say("the run starts again");  // a replay that was broken off
+    if (session_ && !same && !is_log() && Clock::now() - heard_ < std::chrono::duration<double>(kSilence_s)) {
+      if (std::exchange(other_run_, r.header.run_id) != r.header.run_id)
+        say(fmt::format("another plant is on this bus with run {}; ignored while the present run goes on", r.name));
       return;
     }
     LoadedScenario loaded;
@@ -87,6 +97,8 @@ class Program {
     session_.emplace(options_.name, r.header.run_id, loaded.scenario, config.tunings.at(tuning_), std::move(estimator),
                      [this](const Estimate& e) { bus_.publish(e); });
     run_id_ = r.header.run_id;
+    descriptor_seq_ = r.header.seq;
+    heard_ = Clock::now();
     lockstep_ = r.clock == "lockstep";
     progress_seq_ = 0;
     ++runs_seen_;
@@ -96,12 +108,14 @@ class Program {
 
   void on_tick(const Tick& t) {
     if (!of_this_run(t.header)) return;
+    heard_ = Clock::now();
     session_->on_tick(t.header.utime);
     if (lockstep_) bus_.publish(Progress{{t.header.utime, progress_seq_++, run_id_}, options_.name});
     if (!is_over(t.state)) return;
     say("the run has ended");
     session_.reset();
     ++runs_ended_;
+    if (!options_.once && !is_log()) say("is waiting for a run");
   }
 
   void announce(Presence presence) {
@@ -122,7 +136,7 @@ class Program {
     a.presence = presence;
     a.instance = instance_;
     bus_.publish(a);
-    announced_ = std::chrono::steady_clock::now();
+    announced_ = Clock::now();
   }
 
   void say(const std::string& line) const {
@@ -133,14 +147,14 @@ class Program {
   const Options options_;
   Bus bus_;
   std::optional<EstimatorSession> session_;
-  std::int64_t run_id_ = 0, unreadable_run_ = 0;
+  std::int64_t run_id_ = 0, unreadable_run_ = 0, other_run_ = 0, descriptor_seq_ = 0;
   std::string tuning_;
   bool lockstep_ = false;
   const std::int64_t instance_ = process_instance();
   std::int64_t announce_seq_ = 0, progress_seq_ = 0;
   Rejections rejections_;
   int runs_seen_ = 0, runs_ended_ = 0;
-  std::chrono::steady_clock::time_point announced_;
+  Clock::time_point announced_, heard_;  // last announcement of ours, last tick of the run
 };
 
 int run(int argc, char** argv) {

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "estimators/algorithms.hpp"
+#include <memory>
 
 namespace slipstream {
 
@@ -22,6 +22,8 @@ Belief<M> weights_as_noise(Belief<M> belief, const Tuning& tuning) {
 }
 
 }  // namespace
+
+std::unique_ptr<Estimator> make_mhe(const Scenario& scenario, const Tuning& tuning);
 
 std::unique_ptr<Estimator> make_mhe(const Scenario& scenario, const Tuning& tuning) {
   return std::visit(

@@ -12,6 +12,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 
 #include "estimators/gaussian_estimator.hpp"
 #include "estimators/ipopt_solver.hpp"
@@ -46,6 +47,15 @@ class MovingHorizon : public GaussianEstimator<M> {
     return update(this->estimate_, this->innovation_);
   }
 
+  // The first solves of a process take many times what the later ones do: get them over before anything is live.
+  void rehearse() {
+    constexpr double kDt_s = 0.01;
+    const std::array<double, M::kInputs> u{};
+    const std::array<double, M::kOutputs> z{};
+    this->start_given();
+    for (int i = 0; i < 3; ++i) this->step({i == 0 ? 0.0 : kDt_s, u, z, 0U});
+  }
+
   std::size_t window_;  // N
   std::vector<WindowSample<M>> samples_;
   IpoptSolver solver_;
@@ -64,6 +74,7 @@ class Mhe final : public MovingHorizon<M> {
     states_.reserve(this->window_ + 2);
     program_.reference.reserve(this->window_ + 2);
     variables_.reserve(static_cast<std::size_t>(n) * (2 * this->window_ + 3));
+    this->rehearse();
   }
 
   void step(const StepInput& step) override {
@@ -160,6 +171,7 @@ class MheSingleShooting final : public MovingHorizon<M> {
     program_.belief = &this->belief_;
     program_.samples = &this->samples_;
     program_.arrival_weight = arrival_weight;
+    this->rehearse();
   }
 
   void step(const StepInput& step) override {

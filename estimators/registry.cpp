@@ -4,9 +4,12 @@
 #include <fmt/ranges.h>
 
 #include "common/refusal.hpp"
-#include "estimators/algorithms.hpp"
 
 namespace slipstream {
+
+// Each is defined in the .cpp of its name.
+std::unique_ptr<Estimator> make_ekf(const Scenario& scenario, const Tuning& tuning);
+std::unique_ptr<Estimator> make_mhe(const Scenario& scenario, const Tuning& tuning);
 
 namespace {
 

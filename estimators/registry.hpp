@@ -1,4 +1,5 @@
-// The algorithms by name. A new one is its own .cpp with one `make_` function and one line in registry.cpp.
+// The algorithms by name. A new one is its own .cpp with one `make_` function, and its declaration and its line in
+// registry.cpp.
 #pragma once
 
 #include <memory>

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "common/check.hpp"
 
@@ -22,12 +23,12 @@ EstimatorSession::EstimatorSession(std::string name, std::int64_t run_id, const 
       estimator_(std::move(estimator)),
       publish_(std::move(publish)),
       start_given_(tuning.start == "given") {
-  double period_s = 0.0;
+  double period_s = std::numeric_limits<double>::infinity();
   for (const SensorConfig& s : scenario.sensors) {
     channels_[s.quantity];
-    period_s = std::max(period_s, 1.0 / s.rate_hz);
+    period_s = std::min(period_s, 1.0 / s.rate_hz);
   }
-  start_grace_ = static_cast<Utime>(kGracePeriods * period_s / kSecondsPerUtime);
+  start_grace_ = std::isfinite(period_s) ? static_cast<Utime>(kGracePeriods * period_s / kSecondsPerUtime) : 0;
   const ModelNames names = estimator_->names();
   for (std::size_t i = 0; i < names.inputs.size(); ++i)
     channels_[std::string(names.inputs[i].name)].input = static_cast<int>(i);
@@ -133,6 +134,8 @@ void EstimatorSession::process_pending() {
   processed_ = now;
   any_ = true;
   if (has_measurement) publish(stepped ? measured : 0U, step_time_us);  // an input alone changes no estimate
+  // What is invalid stays so: start again from the next measurement.
+  if (stepped && estimator_->posterior().status == EstimateStatus::kInvalid) started_ = false;
 }
 
 void EstimatorSession::publish(std::uint32_t measured, double step_time_us) {

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -7,6 +8,7 @@
 #include <thread>
 
 #include "common/refusal.hpp"
+#include "io/interrupt.hpp"
 #include "io/log_writer.hpp"
 #include "io/transport.hpp"
 
@@ -69,7 +71,7 @@ class LogTransport final : public Transport {
   }
 
   bool poll(int) override {
-    for (int i = 0; i < kEventsPerPoll; ++i) {
+    for (int i = 0; i < kEventsPerPoll && !interrupted(); ++i) {
       const lcm::LogEvent* event = log_->readNextEvent();
       if (event == nullptr) {
         if (read_ != size_)
@@ -114,7 +116,9 @@ class LogTransport final : public Transport {
       started_ = Clock::now();
     }
     const auto offset = std::chrono::duration<double, std::micro>(static_cast<double>(now_ - first_) / url_.speed);
-    std::this_thread::sleep_until(started_ + std::chrono::duration_cast<Clock::duration>(offset));
+    const Clock::time_point due = started_ + std::chrono::duration_cast<Clock::duration>(offset);
+    while (Clock::now() < due && !interrupted())
+      std::this_thread::sleep_until(std::min(due, Clock::now() + std::chrono::milliseconds(50)));
   }
 
   LogUrl url_;

@@ -25,6 +25,11 @@ bool is_usable(const std::string& url) {
   in_addr group{};
   if (!std::regex_match(url, part, form) || inet_pton(AF_INET, part[1].str().c_str(), &group) != 1) return false;
   const int port = part[3].matched ? std::stoi(part[3].str()) : 1;
+  std::string options = part[4].str();
+  for (const char* known : {"ttl=(25[0-5]|2[0-4][0-9]|[01]?[0-9]?[0-9])", "recv_buf_size=[0-9]{1,9}"})
+    options = std::regex_replace(options, std::regex(std::string("[?&]") + known + "(?=&|$)"), "",
+                                 std::regex_constants::format_first_only);
+  if (!options.empty() && options != "?") return false;
   return IN_MULTICAST(ntohl(group.s_addr)) && port >= 1 && port <= 65535;
 }
 
@@ -60,7 +65,7 @@ class NetworkTransport final : public Transport {
     std::string full = url;
     if (url.find("recv_buf_size") == std::string::npos)
       full += (url.find('?') == std::string::npos ? "?" : "&") + std::string("recv_buf_size=4194304");
-    if (url.find("ttl=") == std::string::npos) full += "&ttl=0";
+    if (url.find("ttl=") == std::string::npos) full += "&ttl=0";  // stay on this host
     const QuietStderr quiet;
     lcm_ = std::make_unique<lcm::LCM>(full);
     if (!lcm_->good()) throw no_route();

@@ -17,7 +17,7 @@ struct RunConfig {
   double duration_s = 10.0;        // of a recorded drive: 0 is the whole drive
   std::string clock = "lockstep";  // "lockstep", "realtime" or "free"
   double realtime_factor = 1.0;
-  std::vector<std::string> wait_for;  // participants that must be there before the first tick (lockstep)
+  std::vector<std::string> wait_for;  // participants that must be there before the first tick
   double start_timeout_s = 60.0;      // wall clock, for wait_for
   double late_timeout_s = 10.0;       // wall clock, until a silent participant is named and dropped (lockstep)
   double deadline_s = 0.0;            // for an estimator's step; 0: the shortest sensor period

@@ -129,19 +129,21 @@ class FigureMaker : private FigureContext {
       std::vector<Utime> utime;
       std::vector<double> value, window;
       double sum = 0.0;
+      double least = score.dimension;  // steps of unequal dimension: the fewer the measurements, the wider the band
       for (std::size_t row = 0; row < s.record->utime.size(); ++row) {
         const double q = nis ? s.record->nis[row] : s.nees[row];
-        if (!std::isfinite(q) || (nis && s.record->nis_dimension[row] != score.dimension)) continue;
+        if (!std::isfinite(q)) continue;
+        const double dimension = nis ? s.record->nis_dimension[row] : score.dimension;
+        least = std::min(least, dimension);
         utime.push_back(s.record->utime[row]);
-        value.push_back(std::max(q / score.dimension, 1e-12));
+        value.push_back(std::max(q / dimension, 1e-12));
         sum += value.back();
         if (value.size() > kWindow) sum -= value[value.size() - 1 - kWindow];
         window.push_back(value.size() < kWindow ? std::nan("") : std::max(sum / kWindow, 1e-12));
       }
       Panel& panel = plot.panel(fmt::format("{}, {}", nis ? "NIS/m" : "NEES/n", s.name), 200);
       panel.log_y = true;
-      const double d = score.dimension;
-      const Band single{chi_square_quantile(0.025, d) / d, chi_square_quantile(0.975, d) / d};
+      const Band single{chi_square_quantile(0.025, least) / least, chi_square_quantile(0.975, least) / least};
       plot.constant_band(panel, single, "95 % of single values");
       plot.line(panel, decimated(utime, value), "with points pt 7 ps 0.3 lc rgb \"#9a9a9a\"", "each step");
       plot.constant(panel, 1.0, "with lines lc rgb \"#000000\" lw 1.2", "expected mean");
@@ -154,7 +156,7 @@ class FigureMaker : private FigureContext {
     if (nis)
       add("nis", "Consistency of the innovations (NIS)",
           "Normalised innovation squared over its dimension. A consistent estimator has mean 1 and 95 % of its values in the "
-          "grey band; below it is too cautious, above it too sure." +
+          "grey band (drawn for the steps with the fewest measurements); below it is too cautious, above it too sure." +
               marks_text(),
           plot, 4);
     else

@@ -86,7 +86,8 @@ Json optional_number(const std::optional<T>& value) {
 }
 
 Json consistency(const Consistency& c) {
-  return {{"dimension", c.dimension},
+  const bool is_whole = c.dimension == std::floor(c.dimension);
+  return {{"dimension", is_whole ? Json(static_cast<int>(c.dimension)) : Json(c.dimension)},
           {"samples", c.samples},
           {"band_95", {number(c.band.low), number(c.band.high)}},
           {"within_band", c.samples > 0 ? Json(c.within) : Json(nullptr)}};
@@ -102,30 +103,32 @@ Json estimator(const EstimatorScore& s) {
                           {"max_abs_error", number(state.score.max_abs_error)},
                           {"max_abs_error_at_s", number(state.max_error_s)},
                           {"samples", state.score.samples}};
-  return {{"algorithm", r.algorithm},
-          {"tuning", r.tuning},
-          {"model", r.model},
-          {"states", states},
-          {"nees_mean", number(s.nees_score.mean)},
-          {"nees", consistency(s.nees_score)},
-          {"nis_mean", number(s.nis_score.mean)},
-          {"nis", consistency(s.nis_score)},
-          {"nis_ratio", number(s.nis_ratio)},
-          {"estimates", r.utime.size()},
-          {"valid", s.valid},
-          {"fallback", s.fallback},
-          {"invalid", s.invalid},
-          {"initialising", s.initialising},
-          {"messages_lost", r.sequence.lost + r.reported_lost},
-          {"late", r.late},
-          {"out_of_order", r.sequence.out_of_order},
-          {"rejected", r.rejected + r.reported_rejected},
-          {"step_time_us",
-           {{"p50", number(s.step_times.p50)},
-            {"p99", number(s.step_times.p99)},
-            {"max", number(s.step_times.max)},
-            {"mean", number(s.step_times.mean)}}},
-          {"deadline_misses", s.step_times.deadline_misses}};
+  Json j = {{"algorithm", r.algorithm},
+            {"tuning", r.tuning},
+            {"model", r.model},
+            {"states", states},
+            {"nees_mean", number(s.nees_score.mean)},
+            {"nees", consistency(s.nees_score)},
+            {"nis_mean", number(s.nis_score.mean)},
+            {"nis", consistency(s.nis_score)},
+            {"nis_ratio", number(s.nis_ratio)},
+            {"estimates", r.utime.size()},
+            {"valid", s.valid},
+            {"fallback", s.fallback},
+            {"invalid", s.invalid},
+            {"initialising", s.initialising},
+            {"messages_lost", r.sequence.lost + r.reported_lost()},
+            {"late", r.late},
+            {"out_of_order", r.sequence.out_of_order},
+            {"rejected", r.rejected + r.reported_rejected()},
+            {"step_time_us",
+             {{"p50", number(s.step_times.p50)},
+              {"p99", number(s.step_times.p99)},
+              {"max", number(s.step_times.max)},
+              {"mean", number(s.step_times.mean)}}},
+            {"deadline_misses", s.step_times.deadline_misses}};
+  if (r.name_conflict) j["name_conflict"] = true;
+  return j;
 }
 
 }  // namespace

@@ -95,7 +95,7 @@ std::string LiveTable::lines(const RunRecord& run, std::size_t width) {
     row.push_back(number_text(score.nis_ratio(), 3));
     const double p50 = recent_p50(r.step_time_us);
     row.push_back(std::isfinite(p50) ? fmt::format("{:.0f}", p50) : "-");
-    row.push_back(fmt::format("{}", r.sequence.lost + r.reported_lost));
+    row.push_back(fmt::format("{}", r.sequence.lost + r.reported_lost()));
     table.rows.push_back(std::move(row));
   }
   text += table.rows.empty() ? "waiting for estimators\n" : to_text(table, width);

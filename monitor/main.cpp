@@ -4,14 +4,10 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
 #include <csignal>
-#include <cstring>
 #include <ctime>
-#include <deque>
 #include <filesystem>
-#include <memory>
 #include <optional>
 
 #include "common/refusal.hpp"
@@ -21,6 +17,7 @@
 #include "io/log_writer.hpp"
 #include "io/scenario_reader.hpp"
 #include "monitor/live_table.hpp"
+#include "monitor/recorder.hpp"
 #include "monitor/results.hpp"
 #include "monitor/session.hpp"
 #include "monitor/text.hpp"
@@ -78,56 +75,6 @@ RunInfo describe(const RunDescriptor& descriptor) {
   return info;
 }
 
-// The folder for the results is made when a run begins; whether it can be is found out before.
-void require_writable(const std::string& out) {
-  if (out.empty()) throw Refusal("--out: found '', expected a folder");
-  std::filesystem::path at = std::filesystem::absolute(out);
-  std::error_code error;
-  while (!std::filesystem::exists(at, error) && at.has_relative_path()) at = at.parent_path();
-  if (!std::filesystem::is_directory(at, error))
-    throw Refusal(fmt::format("--out: '{}' is not a folder", plain_line(at.string())));
-  if (::access(at.c_str(), W_OK | X_OK) != 0)
-    throw Refusal(fmt::format("--out: cannot write to '{}': {}", plain_line(at.string()), std::strerror(errno)));
-}
-
-// Every message into the log. What comes before a run is known waits, so that a log begins with its announcements.
-class Recorder {
- public:
-  void open(const std::string& path) { log_ = std::make_unique<LogWriter>(path); }
-  void close() {
-    flush();
-    log_.reset();
-  }
-  // The newest message is held back: it may be the one that opens the next log.
-  void add(const std::string& channel, std::int64_t wall_utime, const void* data, std::size_t size) {
-    flush();
-    const auto* bytes = static_cast<const char*>(data);
-    pending_.push_back({channel, wall_utime, std::string(bytes, bytes + size)});
-    for (pending_size_ += size; pending_size_ > kMaxPending; pending_.pop_front())
-      pending_size_ -= pending_.front().data.size();
-  }
-  void flush() {
-    if (!log_) return;
-    for (const Event& e : pending_) log_->write(e.channel, e.wall_utime, e.data.data(), e.data.size());
-    pending_.clear();
-    pending_size_ = 0;
-  }
-  // Leaves the newest message for the next log.
-  void close_before_newest() { log_.reset(); }
-  std::int64_t events() const { return log_ ? log_->events() : 0; }
-
- private:
-  static constexpr std::size_t kMaxPending = 4u << 20;
-  struct Event {
-    std::string channel;
-    std::int64_t wall_utime;
-    std::string data;
-  };
-  std::unique_ptr<LogWriter> log_;
-  std::deque<Event> pending_;
-  std::size_t pending_size_ = 0;
-};
-
 class Monitor {
  public:
   Monitor(const Options& options, std::optional<Published> published)
@@ -136,14 +83,17 @@ class Monitor {
         is_replay_(options.lcm_url.starts_with("file:")),
         is_tty_(::isatty(STDOUT_FILENO) == 1),
         bus_(options.lcm_url),
-        session_(options.name, {[this](const RunDescriptor& m) { return safely_described(m); },
-                                [this](const RunRecord& run) { opened(run); }, [this](const RunRecord& run) { replaced(run); },
-                                [this](const Progress& m) {
-                                  if (!is_replay_) bus_.publish(m);
-                                },
-                                [this](const std::string& line) { say(line); }}) {
+        session_(options.name,
+                 {[this](const RunDescriptor& m) { return safely_described(m); }, [this](const RunRecord& run) { opened(run); },
+                  [this](const RunRecord& run) { replaced(run); },
+                  [this](const Progress& m) {
+                    if (!is_replay_) bus_.publish(m);
+                  },
+                  [this](const std::string& line) { say(line); }, [this](const std::string& line) { warn(line); }}) {
     Handlers handlers;
     handlers.raw = [this](const std::string& channel, std::int64_t wall_utime, const void* data, std::size_t size) {
+      // A log is read faster than it was recorded: what is silent and what is alive in it, its own times say.
+      session_.set_wall_s(is_replay_ ? seconds(wall_utime) : seconds_since(started_at_));
       if (!is_replay_) recorder_.add(channel, wall_utime, data, size);
     };
     handlers.run = [this](const RunDescriptor& m) { session_.handle(m); };
@@ -169,6 +119,10 @@ class Monitor {
         failure = refusal.what();
       }
       recorder_.flush();
+      if (!is_replay_) {
+        session_.set_wall_s(seconds_since(started_at_));
+        session_.watch();
+      }
       if (seconds_since(announced_at_) >= kAlivePeriod_s) announce(Presence::kAlive);
       if (is_tty_ && session_.run() && seconds_since(drawn_at_) >= kRedrawPeriod_s) draw();
     }
@@ -179,9 +133,9 @@ class Monitor {
       throw Refusal(is_replay_ ? options_.lcm_url + ": no run in this log"
                                : "stopped before any run was seen; nothing is written");
     if (is_tty_) draw();
-    finish(*record, options_.out);
-    if (!failure.empty()) throw Refusal(failure);
-    return 0;
+    finish(*record, options_.out, failure.empty() ? "results are in" : "the results of what could be read were written to");
+    if (failure.empty()) return 0;
+    throw Refusal(failure);
   }
 
  private:
@@ -215,14 +169,10 @@ class Monitor {
     announce(Presence::kAlive);  // the plant may be waiting for us
   }
 
-  // Another run began: what there is of the old one moves aside, because the new one gets the directory.
+  // Another run begins: what there is of the old one moves aside, because the new one gets the directory.
   void replaced(const RunRecord& run) {
-    say(fmt::format("another run began: {} is closed, incomplete", plain_line(run.info().name)));
     if (run.truth().utime.empty() && run.estimators().empty()) return;
-    constexpr int kMostKept = 20;
-    int number = 1;
-    while (number < kMostKept && std::filesystem::exists(fmt::format("{}/earlier-{}", options_.out, number))) ++number;
-    const std::string directory = fmt::format("{}/earlier-{}", options_.out, number);
+    const std::string directory = earlier_directory(options_.out);
     std::filesystem::create_directories(directory);
     const std::int64_t events = recorder_.events();
     recorder_.close_before_newest();
@@ -230,12 +180,13 @@ class Monitor {
     write(run, directory, false, events);
   }
 
-  void finish(const RunRecord& run, const std::string& directory) {
+  void finish(const RunRecord& run, const std::string& directory, const char* said) {
     recorder_.flush();
     const std::int64_t events = recorder_.events();
     recorder_.close();
     write(run, directory, true, events);
-    fmt::print("results are in {}\n", directory);
+    fmt::print("{} {}\n", said, directory);
+    std::fflush(stdout);
   }
 
   void write(const RunRecord& run, const std::string& directory, bool with_figures, std::int64_t events) {
@@ -279,6 +230,13 @@ class Monitor {
     std::fflush(stdout);
   }
 
+  // Below the table, which begins anew under it.
+  void warn(const std::string& line) {
+    live_.let_scroll();
+    fmt::print("{}\n", line);
+    std::fflush(stdout);
+  }
+
   void draw() {
     drawn_at_ = Clock::now();
     winsize size{};
@@ -293,11 +251,13 @@ class Monitor {
   bool is_replay_;
   bool is_tty_;
   Bus bus_;
-  Recorder recorder_;
+  Recorder<LogWriter> recorder_;
   LiveTable live_;
   Session session_;
+  const Clock::time_point started_at_ = Clock::now();
   Clock::time_point opened_at_, ended_at_, active_at_, announced_at_, drawn_at_;
   std::string started_utc_;
+  const std::int64_t instance_ = process_instance();
   std::int64_t announced_ = 0, rejected_ = 0, last_activity_ = -1;
   bool ended_ = false;
 };

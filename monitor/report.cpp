@@ -67,6 +67,10 @@ class Page {
       warning("This run is incomplete: it was stopped, or its end was not seen. The scores cover what was.");
     if (!results_.record.seen_from_start()) warning("The beginning of this run was not seen.");
     if (results_.record.truth().utime.empty()) warning("No truth was published in this run: nothing is scored against it.");
+    for (const EstimatorScore& s : results_.board.estimators)
+      if (s.record->name_conflict)
+        warning(fmt::format("Two estimators were named '{}' at the same time: its rows mix the estimates of both.",
+                            html_escape(s.name)));
     if (info_.scenario.empty()) warning("The scenario of this run could not be read: its facts are missing here.");
   }
 
@@ -106,8 +110,9 @@ class Page {
     table(consistency_table(results_));
     out_ +=
         "<p>NEES and NIS are the means of the squared error and innovation, each normalised by the covariance that the "
-        "estimator claims; a consistent estimator has NEES n and NIS m. Band: 95 % for the mean of that many independent "
-        "values. Errors are correlated in time, so within one run the band of NEES is narrower than it should be.</p>\n";
+        "estimator claims; a consistent estimator has NEES n and NIS m, m the mean number of measurements of a "
+        "step. Band: 95 % for the mean of that many independent values. Errors are correlated in time, so within one run the "
+        "band of NEES is narrower than it should be.</p>\n";
     table(timing_table(results_));
     table(delivery_table(results_));
   }

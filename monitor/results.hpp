@@ -27,7 +27,8 @@ struct Results {
 };
 
 // scores.json: keys under run.times, step_time_us and deadline_misses depend on the wall clock; everything else is the same for
-// every lockstep run of a scenario. What is not known is null.
+// every lockstep run of a scenario. What is not known is null. An estimator's nis.dimension is the mean number of measurements
+// of a step, fractional where sensors have unequal rates; its name_conflict is there, and true, only if two used its name.
 std::string scores_json(const Results& results);
 
 // series.csv: one row per utime. Writes through a temporary file.
@@ -41,6 +42,13 @@ void write_file(const std::string& path, const std::string& text);
 
 // scenario.toml, series.csv, report.html and, last, scores.json.
 void write_results(const std::string& directory, const Results& results, bool with_figures);
+
+// Refuses a folder that cannot be made or written to: the folder itself is made only when a run begins.
+void require_writable(const std::string& directory);
+
+// Where results that make room for another run's go: earlier-1, earlier-2 ..., the first that is free. There is no last one,
+// because nothing that was recorded may be overwritten; a full disk says so itself.
+std::string earlier_directory(const std::string& directory);
 
 // What an earlier run left in the directory under these names.
 void remove_results(const std::string& directory);

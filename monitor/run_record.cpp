@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "monitor/scores.hpp"
 #include "monitor/text.hpp"
@@ -13,6 +14,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kMaxRows = 4'000'000;  // per series: 11 hours at 100 Hz
 constexpr std::size_t kMaxNames = 64;        // estimators, and quantities
 constexpr std::size_t kMaxStates = 64;
+constexpr std::size_t kMaxLives = 256;  // of an estimator; the last one stands for all that follow
 
 bool all_finite(const std::vector<double>& values) {
   return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
@@ -38,6 +40,24 @@ bool is_newer(const std::vector<Utime>& rows, Utime utime, SequenceCheck& sequen
   return false;
 }
 
+// Who speaks now under the record's name. Who starts again counts from 0 again; whoever says the same once more does not.
+// Returns whether the announcement is of the present process: an older one's late goodbye is not.
+bool introduce(EstimatorRecord& r, const Announcement& m) {
+  if (!r.lives[r.life].instance) r.lives[r.life].instance = m.instance;
+  if (*r.lives[r.life].instance == m.instance) return true;
+  const auto seen =
+      std::find_if(r.lives.begin(), r.lives.end(), [&](const EstimatorLife& life) { return life.instance == m.instance; });
+  if (m.presence == Presence::kLeft && seen != r.lives.end()) return false;
+  r.sequence.newest = -1;
+  r.name_conflict = r.name_conflict || seen != r.lives.end();
+  r.life = static_cast<std::size_t>(seen - r.lives.begin());
+  if (seen != r.lives.end()) return true;
+  if (r.lives.size() < kMaxLives) r.lives.emplace_back();
+  r.life = r.lives.size() - 1;
+  r.lives[r.life].instance = m.instance;
+  return true;
+}
+
 bool fits(const Estimate& m) {
   const std::size_t n = m.mean.size(), measured = m.innovation.size();
   return n > 0 && n <= kMaxStates && m.covariance.size() == n * n && measured <= kMaxStates &&
@@ -55,6 +75,16 @@ bool SequenceCheck::accept(std::int64_t seq) {
   if (newest >= 0) lost += seq - newest - 1;
   newest = seq;
   return true;
+}
+
+std::int64_t EstimatorRecord::reported_lost() const {
+  return std::accumulate(lives.begin(), lives.end(), std::int64_t{0},
+                         [](std::int64_t sum, const EstimatorLife& l) { return sum + l.lost; });
+}
+
+std::int64_t EstimatorRecord::reported_rejected() const {
+  return std::accumulate(lives.begin(), lives.end(), std::int64_t{0},
+                         [](std::int64_t sum, const EstimatorLife& l) { return sum + l.rejected; });
 }
 
 double EstimatorRecord::sigma(std::size_t row, std::size_t state) const {
@@ -89,9 +119,7 @@ void RunRecord::add(const Announcement& m) {
   const std::size_t n = m.state_names.size();
   if (n == 0) {  // it does not know its model yet, because it has seen no run
     const auto known = estimators_.find(m.name);
-    if (known == estimators_.end()) return;
-    known->second.presence = m.presence;
-    if (m.presence == Presence::kJoined) known->second.sequence.newest = -1;  // who starts again counts from 0 again
+    if (known != estimators_.end() && introduce(known->second, m)) known->second.presence = m.presence;
     return;
   }
   const bool usable = n <= kMaxStates && m.state_units.size() == n && all_safe(m.state_names);
@@ -100,8 +128,7 @@ void RunRecord::add(const Announcement& m) {
     ++announcements_rejected_;
     return;
   }
-  // Who joins again counts from 0 again.
-  if (m.presence == Presence::kJoined && record->presence == Presence::kLeft) record->sequence.newest = -1;
+  if (!introduce(*record, m)) return;
   record->algorithm = plain_line(m.algorithm);
   record->tuning = plain_line(m.tuning);
   record->model = plain_line(m.model);
@@ -125,8 +152,10 @@ void RunRecord::add(const Estimate& m) {
     ++r.rejected;
     return;
   }
-  r.reported_lost = m.messages_lost;
-  r.reported_rejected = m.messages_rejected;
+  // Within a life these only grow: a smaller one is of a new process whose announcement is still to come.
+  EstimatorLife& life = r.lives[r.life];
+  life.lost = std::max(life.lost, m.messages_lost);
+  life.rejected = std::max(life.rejected, m.messages_rejected);
   if (!r.sequence.accept(m.header.seq) || !is_newer(r.utime, m.header.utime, r.sequence)) return;
   // Lockstep waits for everyone and the free clock for no one: only against a paced clock can an estimate be late.
   const Utime deadline = static_cast<Utime>(info_.deadline_s * 1e6);
@@ -155,6 +184,7 @@ void RunRecord::add(const Estimate& m) {
 
 void RunRecord::add(const Tick& m) {
   if (first_tick_seq_ < 0) first_tick_seq_ = m.header.seq;
+  newest_tick_seq_ = std::max(newest_tick_seq_, m.header.seq);
   tick_utime_ = std::max(tick_utime_, m.header.utime);
   if (!ended()) state_ = m.state;
 }

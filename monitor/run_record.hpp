@@ -60,6 +60,13 @@ struct InnovationRecord {
   std::vector<double> sigma;  // square root of its variance; NaN if that is not positive
 };
 
+// A process of an estimator's name, and what it counted itself. A restart begins another one, which counts from 0.
+struct EstimatorLife {
+  std::optional<std::int64_t> instance;  // unknown until it has announced itself
+  std::int64_t lost = 0;
+  std::int64_t rejected = 0;
+};
+
 struct EstimatorRecord {
   std::string algorithm, tuning, model;  // empty until it has announced itself
   std::vector<std::string> state_names, state_units;
@@ -78,10 +85,13 @@ struct EstimatorRecord {
 
   SequenceCheck sequence;
   std::int64_t late = 0;
-  std::int64_t rejected = 0;       // estimates the monitor could not use
-  std::int64_t reported_lost = 0;  // by the estimator itself
-  std::int64_t reported_rejected = 0;
+  std::int64_t rejected = 0;  // estimates the monitor could not use
+  std::vector<EstimatorLife> lives{1};
+  std::size_t life = 0;        // the present one
+  bool name_conflict = false;  // a process came back after another one of its name
 
+  std::int64_t reported_lost() const;  // by the estimator itself, over all its lives
+  std::int64_t reported_rejected() const;
   double sigma(std::size_t row, std::size_t state) const;
 };
 
@@ -103,6 +113,7 @@ class RunRecord {
   RunState state() const { return state_; }
   bool ended() const { return is_over(state_); }
   bool complete() const { return state_ == RunState::kEnded; }
+  std::int64_t newest_tick_seq() const { return newest_tick_seq_; }  // -1: no tick yet
   bool seen_from_start() const { return first_tick_seq_ == 0; }
   std::int64_t rejected() const { return rejected_; }  // readings, truth and estimates of nobody
   std::int64_t announcements_rejected() const { return announcements_rejected_; }
@@ -118,7 +129,7 @@ class RunRecord {
   std::map<std::string, EstimatorRecord> estimators_;
   Utime tick_utime_ = 0;
   RunState state_ = RunState::kRunning;
-  std::int64_t first_tick_seq_ = -1;
+  std::int64_t first_tick_seq_ = -1, newest_tick_seq_ = -1;
   std::int64_t rejected_ = 0;
   std::int64_t announcements_rejected_ = 0;  // apart: how often one announces itself depends on the wall clock
 };

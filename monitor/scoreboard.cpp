@@ -42,13 +42,10 @@ EstimatorScore score_estimator(const RunRecord& run, const std::string& name, co
   s.nees = nees_rows(r, s.states, known);
   s.nees_score = score_consistency(s.nees, static_cast<int>(known.size()));
 
-  const int full = static_cast<int>(r.innovation_of.size());
-  std::vector<double> full_nis, step_time_us;
-  for (std::size_t row = 0; row < r.utime.size(); ++row) {
-    if (r.nis_dimension[row] == full) full_nis.push_back(r.nis[row]);
+  std::vector<double> step_time_us;
+  for (std::size_t row = 0; row < r.utime.size(); ++row)
     if (r.row_status[row] != EstimateStatus::kInitialising) step_time_us.push_back(r.step_time_us[row]);
-  }
-  s.nis_score = score_consistency(full_nis, full);
+  s.nis_score = score_consistency(r.nis, r.nis_dimension);
   s.nis_ratio = consistency_ratio(r.nis, r.nis_dimension);
   s.step_times = score_step_times(step_time_us, run.info().deadline_s);
 

@@ -25,7 +25,7 @@ struct EstimatorScore {
   std::vector<StateColumn> states;
   std::vector<double> nees;  // per row; NaN: not known
   Consistency nees_score;    // dimension: the states with a known truth
-  Consistency nis_score;     // over the steps in which everything this estimator uses was measured
+  Consistency nis_score;     // over all steps that measured something; dimension: their mean number of measurements
   double nis_ratio;          // sum NIS / sum dimension over all steps
   StepTimes step_times;      // of all steps but those spent waiting for a start
   std::int64_t valid = 0, fallback = 0, invalid = 0, initialising = 0;

@@ -90,18 +90,28 @@ std::vector<double> sub_block(std::span<const double> matrix, std::size_t n, std
   return block;
 }
 
-Consistency score_consistency(std::span<const double> q, int dimension) {
-  Consistency score{0, dimension, kNan, {kNan, kNan}, false};
-  double sum = 0.0;
-  for (const double value : q) {
-    if (!std::isfinite(value)) continue;
+Consistency score_consistency(std::span<const double> q, std::span<const int> dimension) {
+  SLIPSTREAM_CHECK(q.size() == dimension.size());
+  Consistency score{0, 0.0, kNan, {kNan, kNan}, false};
+  double sum = 0.0, dimensions = 0.0;
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    if (!std::isfinite(q[i])) continue;
     ++score.samples;
-    sum += value;
+    sum += q[i];
+    dimensions += dimension[i];
   }
   if (score.samples == 0) return score;
-  score.mean = sum / static_cast<double>(score.samples);
-  score.band = mean_chi_square_band(score.samples, dimension);
+  const double n = static_cast<double>(score.samples);
+  score.mean = sum / n;
+  score.dimension = dimensions / n;
+  score.band = mean_chi_square_band(score.samples, score.dimension);
   score.within = score.band.contains(score.mean);
+  return score;
+}
+
+Consistency score_consistency(std::span<const double> q, int dimension) {
+  Consistency score = score_consistency(q, std::vector<int>(q.size(), dimension));
+  score.dimension = dimension;
   return score;
 }
 

@@ -48,17 +48,22 @@ double normalised_square(std::span<const double> e, std::span<const double> S);
 // The rows and columns `keep` of a row-major n x n matrix.
 std::vector<double> sub_block(std::span<const double> matrix, std::size_t n, std::span<const std::size_t> keep);
 
-// Mean of the known values q of one dimension d, and the 95 % band of the mean of that many independent ones
-// (mean_chi_square_band). Innovations of a good filter are white, so the band is exact for NIS. Estimation errors are
-// correlated in time: within one run the band is too narrow for NEES, it is exact over independent runs.
+// Over the N known values q_i of dimension d_i:
+//   mean      = sum q / N
+//   dimension = sum d / N, which the mean of a consistent estimator is near to
+//   band      = [F^-1(0.025; sum d), F^-1(0.975; sum d)] / N, 95 % of the means of such independent values
+// Innovations of a good filter are white, so the band is exact for NIS, also where sensors of unequal rates make steps of
+// unequal dimension. Estimation errors are correlated in time: within one run the band is too narrow for NEES, it is exact
+// over independent runs.
 struct Consistency {
   std::int64_t samples = 0;
-  int dimension = 0;
+  double dimension = 0.0;  // fractional where the d_i differ
   double mean;
   Band band;  // NaN without samples
   bool within = false;
 };
-Consistency score_consistency(std::span<const double> q, int dimension);
+Consistency score_consistency(std::span<const double> q, std::span<const int> dimension);
+Consistency score_consistency(std::span<const double> q, int dimension);  // one for all; kept where nothing is known
 
 // sum q / sum d over the known q, whatever their dimensions: 1 for a consistent estimator, below 1 for a cautious one.
 double consistency_ratio(std::span<const double> q, std::span<const int> dimension);

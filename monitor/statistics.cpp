@@ -87,7 +87,7 @@ double chi_square_quantile(double p, double degrees_of_freedom) {
   return x;
 }
 
-Band mean_chi_square_band(std::int64_t samples, int dimension) {
+Band mean_chi_square_band(std::int64_t samples, double dimension) {
   const double n = static_cast<double>(samples);
   const double k = n * dimension;
   return {chi_square_quantile(0.025, k) / n, chi_square_quantile(0.975, k) / n};

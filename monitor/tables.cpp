@@ -81,9 +81,9 @@ Table consistency_table(const Results& results) {
                {"NIS/m, all"}},
               {}};
   for (const EstimatorScore& s : results.board.estimators)
-    table.rows.push_back({s.name, number_text(s.nees_score.mean), fmt::format("{}", s.nees_score.dimension),
+    table.rows.push_back({s.name, number_text(s.nees_score.mean), number_text(s.nees_score.dimension, 3),
                           band_text(s.nees_score), verdict(s.nees_score), number_text(s.nis_score.mean),
-                          fmt::format("{}", s.nis_score.dimension), band_text(s.nis_score), verdict(s.nis_score),
+                          number_text(s.nis_score.dimension, 3), band_text(s.nis_score), verdict(s.nis_score),
                           number_text(s.nis_ratio)});
   return table;
 }
@@ -125,8 +125,8 @@ Table delivery_table(const Results& results) {
   for (const EstimatorScore& s : results.board.estimators) {
     const EstimatorRecord& r = *s.record;
     std::vector<std::string> row{s.name};
-    for (const std::int64_t count : {s.valid, s.fallback, s.invalid, s.initialising, r.sequence.lost + r.reported_lost, r.late,
-                                     r.sequence.out_of_order, r.rejected + r.reported_rejected})
+    for (const std::int64_t count : {s.valid, s.fallback, s.invalid, s.initialising, r.sequence.lost + r.reported_lost(),
+                                     r.late, r.sequence.out_of_order, r.rejected + r.reported_rejected()})
       row.push_back(fmt::format("{}", count));
     table.rows.push_back(std::move(row));
   }

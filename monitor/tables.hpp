@@ -20,7 +20,7 @@ struct Table {
 
 // One row per state and estimator: R2, the published R2 where there is one, RMSE, largest error.
 Table accuracy_table(const Results& results);
-// One row per estimator: NEES and NIS with their 95 % bands.
+// One row per estimator: NEES and NIS with their mean dimensions n and m and their 95 % bands.
 Table consistency_table(const Results& results);
 // One row per estimator: time a step, with the published one, and deadline misses.
 Table timing_table(const Results& results);

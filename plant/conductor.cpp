@@ -19,6 +19,7 @@ constexpr double kDescriptorPeriod_s = 1.0;
 constexpr double kAskAgain_s = 0.2;       // a tick whose answer is missing is sent again: the first may have been lost
 constexpr double kReportMissing_s = 2.0;  // between lines that say who is still missing
 constexpr double kMostCatchUp = 2.0;      // after a stall, at most so many times the asked pace
+constexpr double kSpacing_s = 0.0002;     // at least, between two instants for which nobody is waited
 
 double wall_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
@@ -157,9 +158,9 @@ Tick Conductor::tick_repeated() const {
 }
 
 void Conductor::pace(Utime previous) {
-  const double interval_s = seconds(now_ - previous) / run_.realtime_factor;
-  const double target =
-      std::max(published_s_ + interval_s / kMostCatchUp, paced_from_s_ + paused_s_ + seconds(now_) / run_.realtime_factor);
+  const double interval_s = realtime_ ? seconds(now_ - previous) / run_.realtime_factor : 0.0;
+  double target = published_s_ + std::max(interval_s / kMostCatchUp, kSpacing_s);
+  if (realtime_) target = std::max(target, paced_from_s_ + paused_s_ + seconds(now_) / run_.realtime_factor);
   while (!stage_.interrupted() && !stopped_) {
     const double left = target - wall_s();
     if (left <= 0.0) break;
@@ -204,7 +205,7 @@ RunSummary Conductor::play() {
     }
     stay_paused();
     if (stopped_ || stage_.interrupted()) break;
-    if (realtime_) {
+    if (!lockstep_ || participants_.empty()) {
       const Utime previous = std::exchange(now_, epoch.utime);
       pace(previous);
     }

@@ -2,10 +2,11 @@
 //
 //   lockstep   after each tick wait until every participant has processed it; as fast as they can
 //   realtime   keep simulation time at `realtime_factor` times the wall clock
-//   free       wait for nobody
+//   free       wait for nobody once the run has begun
 //
-// The bus is behind an interface, so that the conductor names no transport. In real time it catches up after a stall at most at
-// twice the asked pace, never by a burst that a logger with a small queue would lose.
+// The bus is behind an interface, so that the conductor names no transport. Where nobody is waited for it keeps a short
+// distance between two instants, and in real time it catches up after a stall at most at twice the asked pace: never by a burst
+// that a logger with a small queue would lose.
 #pragma once
 
 #include <functional>

@@ -16,7 +16,7 @@ struct NamedValue {
 struct DriveEpoch {
   Utime utime = 0;
   std::vector<NamedValue> readings;  // inputs first, then sensors, in the order of the scenario
-  std::vector<double> truth;         // of truth_quantities(); empty when no truth belongs to this instant
+  std::vector<double> truth;         // of truth_names(); empty when no truth belongs to this instant
 };
 
 class DriveSource {

@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
 #include <utility>
 
 #include "common/random.hpp"
@@ -83,6 +82,7 @@ int run(int argc, char** argv) {
   line.option("--lcm-url", url, "the bus");
   line.parse(argc, argv);
 
+  if (url.starts_with("file:")) throw Refusal(fmt::format("--lcm-url: '{}' is a log; a plant needs a network", url));
   if (!clock.empty()) overrides.push_back("run.clock=" + clock);
   LoadedScenario loaded = load_scenario_file(path, overrides);
   Scenario& scenario = loaded.scenario;

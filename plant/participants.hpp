@@ -23,9 +23,10 @@ class Participants {
       if (a.header.run_id == 0 || a.header.run_id == run_id_) members_.erase(a.name);
       return false;
     }
-    if (a.header.run_id != run_id_) return true;
+    if (a.header.run_id == 0) return true;
+    if (a.header.run_id != run_id_) return false;  // it follows another plant on this bus
     // Who was dropped comes back with its next sign of life; what it still has to process, it answers for from then on.
-    if (!members_.contains(a.name)) members_[a.name] = last_tick_;
+    if (!members_.contains(a.name) && members_.size() < kMostMembers) members_[a.name] = last_tick_;
     return false;
   }
   void on_progress(const Progress& p) {
@@ -48,6 +49,8 @@ class Participants {
   void drop(const std::string& name) { members_.erase(name); }
 
  private:
+  static constexpr std::size_t kMostMembers = 64;  // a flood of names shall not stall lockstep
+
   std::int64_t run_id_;
   Utime last_tick_ = -1;
   std::map<std::string, Utime> members_;  // name -> processed up to

@@ -1,4 +1,5 @@
-// The whole simulated drive of scenarios/unimog.toml, sensors and noise included: how many times faster than real time.
+// The whole simulated drive of the Unimog with its default parameters, sensors and noise included: how many times faster than
+// real time.
 #include <benchmark/benchmark.h>
 
 #include "models/sensors/all.hpp"

@@ -6,7 +6,9 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 packages_build=(g++ cmake make liblcm-dev liblcm-bin libeigen3-dev libsundials-dev coinor-libipopt-dev
   libtomlplusplus-dev libcli11-dev libfmt-dev nlohmann-json3-dev libcsv-dev)
-packages_run=(gnuplot-nox)
+# Any gnuplot will do; its packages exclude each other.
+packages_run=()
+command -v gnuplot >/dev/null || packages_run+=(gnuplot-nox)
 packages_test=(libgtest-dev libbenchmark-dev iproute2 util-linux)
 
 say() { printf '%s\n' "$*"; }
@@ -27,7 +29,7 @@ install() {
   fi
   say "Installing with apt: ${missing[*]}"
   "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -q >/dev/null || die "apt-get update failed"
-  "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "${missing[@]}" >/dev/null ||
+  "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-remove --no-install-recommends "${missing[@]}" >/dev/null ||
     die "apt-get could not install: ${missing[*]}"
 }
 

@@ -244,6 +244,20 @@ TEST(Kalman, StartOnTheMoveTakesTheMeasurementAndItsNoise) {
   EXPECT_NEAR(p.covariance[3], 0.9 + 0.2 * 0.2, 1e-15);  // rounding
 }
 
+TEST(Kalman, ASensorWithoutNoiseIsRefused) {
+  Scenario scenario;
+  scenario.sensors = {{"position", "p_m", 10.0, {0.0, 0.0}}};
+  try {
+    make_belief(LinearModel{}, scenario, Tuning{});
+    FAIL() << "not refused";
+  } catch (const Refusal& refusal) {
+    EXPECT_STREQ(
+        refusal.what(),
+        "sensor.position: has no noise, which no estimator can weigh; give it some, or let the tuning say measurement_noise = "
+        "\"given\"");
+  }
+}
+
 TEST(Kalman, AMeasurementThatIsNotANumberMakesTheEstimateInvalid) {
   Ekf<LinearModel> ekf(linear_belief());
   ekf.start_given();

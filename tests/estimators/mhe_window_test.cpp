@@ -162,6 +162,31 @@ TEST(MheWindow, IpoptFindsTheExactSolutionOfTheWindow) {
   }
 }
 
+// The whole estimator in sequence, warm, with the bounds that the scenario ships (inactive here), on windows that never slide:
+// every estimate is the exact solution of all samples so far.
+TEST(MheWindow, EveryWarmStartedStepIsExactWithTheShippedBounds) {
+  constexpr int kSteps = 25;
+  Belief<Model> belief = unimog_belief();
+  belief.noise = {{{0.0, 0.45}, {0.0, 0.06}}};  // absolute: the weights are known without a prediction
+  belief.lower = {-1.0, -1.0, -1.2};
+  belief.upper = {400.0, 100.0, 1.2};
+  std::vector<WindowSample<Model>> samples = window_samples(kSteps);
+  Gaussian<Model> arrival{belief.initial_mean, belief.initial_variance.asDiagonal()};
+  Mhe<Model> mhe(belief, kSteps);
+  mhe.start_given();
+  for (int k = 0; k < kSteps; ++k) {
+    const auto& s = samples[static_cast<std::size_t>(k)];
+    const std::array<double, 1> u{s.u[0]};
+    const std::array<double, 2> z{s.z[0], s.z[1]};
+    mhe.step({s.dt_s, u, z, s.measured});
+    ASSERT_EQ(mhe.posterior().status, EstimateStatus::kValid);
+    const std::vector<WindowSample<Model>> so_far(samples.begin(), samples.begin() + k + 1);
+    const Eigen::VectorXd exact = gauss_newton(belief, arrival, so_far);
+    for (int i = 0; i < 3; ++i)
+      EXPECT_NEAR(mhe.posterior().mean[static_cast<std::size_t>(i)], exact[3 * k + i], 1e-6) << k;  // the bar
+  }
+}
+
 TEST(MheWindow, AMeasurementBeyondAllNumbersIsNotPublishedAsValid) {
   Mhe<Model> mhe(unimog_belief(), 4);
   mhe.start_given();

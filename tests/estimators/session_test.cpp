@@ -35,9 +35,10 @@ class Spy final : public Estimator {
   void step(const StepInput& s) override {
     steps.push_back({s.dt_s, s.input[0], {s.measured_value.begin(), s.measured_value.end()}, s.measured});
   }
+  EstimateStatus status = EstimateStatus::kValid;
   Posterior posterior() const override {
     static constexpr std::array<double, 9> kNumbers{};
-    return {EstimateStatus::kValid, {kNumbers.data(), 3}, {kNumbers.data(), 9}, {kNumbers.data(), 2}, {kNumbers.data(), 4}};
+    return {status, {kNumbers.data(), 3}, {kNumbers.data(), 9}, {kNumbers.data(), 2}, {kNumbers.data(), 4}};
   }
 };
 
@@ -153,6 +154,23 @@ TEST_F(Session, CountsWhatIsLostAndRefusesWhatIsOldRepeatedOrNotANumber) {
   EXPECT_EQ(estimates_.back().messages_lost, 3);
   EXPECT_EQ(spy_->steps.size(), 3U);
   EXPECT_EQ(spy_->steps.back().measured, 1U);
+}
+
+TEST_F(Session, AnInvalidEstimateIsPublishedAndTheNextMeasurementStartsAgain) {
+  open();
+  torque(0, 0, 100.0);
+  wheel(0, 0, 0.5);
+  session_->on_tick(0);
+  spy_->status = EstimateStatus::kInvalid;
+  wheel(10'000, 1, 0.6);
+  session_->on_tick(10'000);
+  EXPECT_EQ(estimates_.back().status, EstimateStatus::kInvalid);
+  spy_->status = EstimateStatus::kValid;
+  wheel(50'000, 2, 0.7);
+  session_->on_tick(50'000);
+  EXPECT_EQ(spy_->started_from, (std::vector<double>{0.7}));
+  EXPECT_EQ(spy_->steps.back().dt_s, 0.0);
+  EXPECT_EQ(estimates_.back().status, EstimateStatus::kValid);
 }
 
 TEST_F(Session, QuantitiesThatTheModelDoesNotUseAreIgnored) {

@@ -27,7 +27,8 @@ class TestRun {
                return info;
              },
              [this](const RunRecord&) { ++opened; }, [this](const RunRecord& run) { interrupted.push_back(run.info().name); },
-             [this](const Progress& m) { replies.push_back(m); }, [this](const std::string& line) { said.push_back(line); }}) {
+             [this](const Progress& m) { replies.push_back(m); }, [this](const std::string& line) { said.push_back(line); },
+             [this](const std::string& line) { said.push_back(line); }}) {
     descriptor.header.run_id = kRun;
     descriptor.name = "test-3";
     descriptor.scenario_toml = "name = \"test\"\n";

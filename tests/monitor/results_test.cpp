@@ -222,6 +222,52 @@ TEST(Report, SaysThatARunIsIncomplete) {
   EXPECT_NE(scoreboard_text(r.results).find("INCOMPLETE"), std::string::npos);
 }
 
+TEST(Results, TwoEstimatorsOfOneNameAreWarnedOf) {
+  for (const bool conflict : {false, true}) {
+    TestRun t;
+    t.complete();
+    for (const std::int64_t instance : {1, 0}) {  // the fixture's own is 0
+      t.announcement.instance = conflict ? instance : 0;
+      t.session.handle(t.announcement);
+    }
+    const TestResults r(t.session);
+    const Json e = Json::parse(scores_json(r.results))["estimators"]["ekf"];
+    EXPECT_EQ(e.contains("name_conflict"), conflict);
+    if (conflict) {
+      EXPECT_EQ(e["name_conflict"], true);
+    }
+    const std::string warning = "Two estimators were named 'ekf' at the same time";
+    EXPECT_EQ(report_html(r.results, false).find(warning) != std::string::npos, conflict);
+  }
+}
+
+TEST(Results, AFractionalDimensionIsShownShort) {
+  TestRun t;
+  t.session.handle(t.descriptor);
+  t.session.handle(t.announcement);
+  t.instant(0, 1.0);
+  Estimate both = t.estimate(1, 0.0);
+  both.innovation_of = {"speed_mps", "a_x_mps2"};
+  both.innovation = {1.0, 2.0};
+  both.innovation_covariance = {1.0, 0.0, 0.0, 1.0};
+  t.session.handle(both);
+  const TestResults r(t.session);
+  const Json e = Json::parse(scores_json(r.results))["estimators"]["ekf"];
+  EXPECT_EQ(e["nis"]["dimension"], 1.5);
+  EXPECT_EQ(e["nis_mean"], 3.0);
+  EXPECT_EQ(e["nees"]["dimension"].dump(), "2") << "a whole one has no point";
+  EXPECT_EQ(consistency_table(r.results).rows[0][6], "1.5");
+  EXPECT_EQ(consistency_table(r.results).rows[0][2], "2");
+}
+
+TEST(Results, EarlierRunsAreNumberedWithoutLimit) {
+  const Folder folder;
+  for (int i = 1; i <= 25; ++i) {
+    EXPECT_EQ(earlier_directory(folder.path()), folder.path("earlier-" + std::to_string(i)));
+    std::filesystem::create_directory(folder.path("earlier-" + std::to_string(i)));
+  }
+}
+
 TEST(Report, WithoutGnuplotItSaysWhatToInstall) {
   TestRun t;
   t.complete();

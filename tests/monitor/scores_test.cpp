@@ -101,6 +101,24 @@ TEST(Consistency, MeanAgainstItsBand) {
   EXPECT_FALSE(score_consistency(std::vector<double>(10, 3.5), 2).within);
 }
 
+// Ten values of one dimension and five of two: sum d = 20, so the same printed quantiles over N = 15.
+TEST(Consistency, MixedDimensions) {
+  std::vector<double> q(15, 1.0);
+  std::vector<int> d(15, 1);
+  for (std::size_t i = 0; i < 5; ++i) d[3 * i] = 2;
+  q.push_back(kNan);  // counts neither as a value nor by its dimension
+  d.push_back(2);
+  const Consistency c = score_consistency(q, d);
+  EXPECT_EQ(c.samples, 15);
+  EXPECT_DOUBLE_EQ(c.dimension, 4.0 / 3.0);
+  EXPECT_DOUBLE_EQ(c.mean, 1.0);
+  EXPECT_NEAR(c.band.low, 9.591 / 15.0, 5e-4 / 15.0);    // half the last printed digit over N
+  EXPECT_NEAR(c.band.high, 34.170 / 15.0, 5e-4 / 15.0);  // the same
+  EXPECT_TRUE(c.within);
+  for (double& value : q) value *= 2.3;  // 34.170/15 = 2.278
+  EXPECT_FALSE(score_consistency(q, d).within);
+}
+
 TEST(Consistency, NothingKnown) {
   const Consistency none = score_consistency(std::vector<double>{kNan}, 2);
   EXPECT_EQ(none.samples, 0);

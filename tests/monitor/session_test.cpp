@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -57,18 +58,123 @@ TEST(Session, ImplausibleTimesAreIgnored) {
   EXPECT_EQ(t.session.ignored(), 2);
 }
 
-TEST(Session, ANewRunClosesTheOldOne) {
+RunDescriptor other_run(const TestRun& t) {
+  RunDescriptor other = t.descriptor;
+  other.header.run_id = TestRun::kRun + 1;
+  other.name = "next";
+  return other;
+}
+
+TEST(Session, AnotherPlantIsIgnoredWhileTheRunIsAlive) {
   TestRun t;
   t.session.handle(t.descriptor);
-  t.session.handle(t.descriptor);  // repeated once a second: the same run
+  t.session.set_wall_s(10.0);
+  t.session.handle(Tick{TestRun::header(0), RunState::kRunning});
+  t.session.set_wall_s(12.9);
+  for (int i = 0; i < 3; ++i) t.session.handle(other_run(t));
+  EXPECT_EQ(t.session.run()->info().name, "test-3");
+  EXPECT_EQ(t.session.ignored(), 3);
+  EXPECT_EQ(t.said, std::vector<std::string>{"another plant is on this bus: next; ignored while test-3 goes on"});
+  EXPECT_TRUE(t.interrupted.empty());
+}
+
+TEST(Session, ARunThatIsSilentForThreeSecondsGivesWay) {
+  TestRun t;
+  t.session.handle(t.descriptor);
+  t.session.handle(t.descriptor);  // the same run, before its first tick
   EXPECT_EQ(t.opened, 1);
-  RunDescriptor next = t.descriptor;
-  next.header.run_id = 78;
-  next.name = "next";
-  t.session.handle(next);
+  t.session.set_wall_s(10.0);
+  t.session.handle(Tick{TestRun::header(0), RunState::kRunning});
+  t.session.set_wall_s(13.0);
+  t.session.handle(other_run(t));
   EXPECT_EQ(t.interrupted, std::vector<std::string>{"test-3"});
   EXPECT_EQ(t.opened, 2);
   EXPECT_EQ(t.session.run()->info().name, "next");
+  EXPECT_EQ(t.said, std::vector<std::string>{"another run begins: test-3 is closed, incomplete"});
+}
+
+TEST(Session, APausedRunStaysAliveByItsDescriptors) {
+  TestRun t;
+  t.session.handle(t.descriptor);
+  t.session.handle(Tick{TestRun::header(0), RunState::kPaused});
+  for (int i = 1; i <= 10; ++i) {
+    t.session.set_wall_s(i);
+    t.descriptor.header.seq = i;
+    t.session.handle(t.descriptor);
+    t.session.watch();
+  }
+  t.session.handle(other_run(t));
+  EXPECT_EQ(t.session.run()->info().name, "test-3");
+}
+
+TEST(Session, ARunThatIsOverGivesWayAtOnce) {
+  TestRun t;
+  t.complete();
+  t.session.handle(other_run(t));
+  EXPECT_EQ(t.session.run()->info().name, "next");
+  EXPECT_EQ(t.said.back(), "another run begins: test-3 is closed, complete");
+}
+
+TEST(Session, ARunWhoseTicksCountFromZeroAgainStartsAgain) {
+  TestRun t;
+  t.session.handle(t.descriptor);
+  t.session.handle(t.announcement);
+  for (int i = 0; i < 3; ++i) {
+    t.instant(i, 0.0);
+    t.session.handle(Tick{TestRun::header(i), RunState::kRunning});
+  }
+  t.session.handle(Tick{TestRun::header(0), RunState::kRunning});
+  EXPECT_EQ(t.said.back(), "run test-3 starts again");
+  EXPECT_EQ(t.interrupted, std::vector<std::string>{"test-3"});
+  EXPECT_EQ(t.opened, 2);
+  EXPECT_TRUE(t.session.run()->seen_from_start());
+  EXPECT_EQ(ekf(t).algorithm, "ekf") << "who was there is still there";
+  EXPECT_TRUE(ekf(t).utime.empty());
+  t.instant(1, 0.0);
+  EXPECT_EQ(ekf(t).utime.size(), 1u);
+  EXPECT_EQ(ekf(t).sequence.out_of_order, 0);
+}
+
+TEST(Session, ARunWhoseDescriptorsCountFromZeroAgainStartsAgain) {
+  TestRun t;
+  t.session.handle(t.descriptor);
+  t.session.handle(Tick{TestRun::header(0), RunState::kRunning});
+  t.session.handle(Tick{TestRun::header(1), RunState::kRunning});
+  RunDescriptor repeated = t.descriptor;
+  repeated.header.seq = 1;  // once a second: nothing new
+  t.session.handle(repeated);
+  EXPECT_EQ(t.opened, 1);
+  t.session.handle(t.descriptor);
+  t.session.handle(Tick{TestRun::header(0), RunState::kRunning});
+  t.session.handle(Tick{TestRun::header(0), RunState::kRunning});  // asked again in lockstep
+  EXPECT_EQ(t.opened, 2);
+  EXPECT_EQ(t.said, std::vector<std::string>{"run test-3 starts again"});
+}
+
+TEST(Session, SaysOnceThatThePlantIsSilentAndThatItIsBack) {
+  TestRun t;
+  t.session.watch();  // no run: nothing to say
+  t.session.handle(t.descriptor);
+  t.session.handle(Tick{TestRun::header(0), RunState::kRunning});
+  for (const double now : {4.9, 5.0, 6.0, 20.0}) {
+    t.session.set_wall_s(now);
+    t.session.watch();
+    EXPECT_EQ(t.said.size(), now < 5.0 ? 0u : 1u) << now;
+  }
+  t.session.handle(Tick{TestRun::header(1), RunState::kRunning});
+  t.session.watch();
+  EXPECT_EQ(t.said, (std::vector<std::string>{"no message from the plant for 5 s", "the plant is back"}));
+}
+
+TEST(Session, APausedPlantAndOneThatIsDoneMayBeSilent) {
+  for (const RunState state : {RunState::kPaused, RunState::kEnded, RunState::kStopped}) {
+    TestRun t;
+    t.session.handle(t.descriptor);
+    t.session.handle(Tick{TestRun::header(0), state});
+    t.session.set_wall_s(100.0);
+    t.session.watch();
+    EXPECT_TRUE(t.said.empty());
+  }
 }
 
 TEST(Session, EstimatorsThatCameBeforeTheRunAreInIt) {
@@ -110,6 +216,90 @@ TEST(Session, SaysWhoJoinsChangesAndLeaves) {
   t.session.handle(t.announcement);
   EXPECT_EQ(t.said, (std::vector<std::string>{"ekf joined: ekf, tuning matched, model point", "ekf is initialising at 0.00 s",
                                               "ekf is valid at 0.10 s", "ekf left"}));
+}
+
+TEST(Session, JoinedIsSaidOnceAlgorithmAndTuningAreKnown) {
+  TestRun t;
+  t.session.handle(t.descriptor);
+  t.session.handle(t.estimate(0, 0.0));  // its announcement was lost
+  Announcement early = t.announcement;
+  early.tuning.clear();
+  early.model.clear();
+  early.state_names.clear();
+  early.state_units.clear();
+  t.session.handle(early);
+  t.session.handle(t.announcement);
+  t.session.handle(t.announcement);
+  EXPECT_EQ(t.said, (std::vector<std::string>{"ekf is valid at 0.00 s", "ekf joined: ekf, tuning matched, model point"}));
+}
+
+TEST(Session, ARestartedEstimatorJoinsAgainAndItsCountsAddUp) {
+  TestRun t;
+  t.session.handle(t.descriptor);
+  t.announcement.instance = 1001;
+  t.session.handle(t.announcement);
+  Estimate m = t.estimate(0, 0.0);
+  m.messages_lost = 3;
+  m.messages_rejected = 2;
+  t.session.handle(m);
+  m = t.estimate(1, 0.0);
+  m.messages_lost = 5;
+  m.messages_rejected = 2;
+  t.session.handle(m);
+  t.announcement.instance = 1002;  // killed: no goodbye
+  t.session.handle(t.announcement);
+  t.session.handle(t.announcement);
+  m = t.estimate(2, 0.0);
+  m.header.seq = 0;
+  m.messages_lost = 1;
+  t.session.handle(m);
+  EXPECT_EQ(ekf(t).reported_lost(), 6);
+  EXPECT_EQ(ekf(t).reported_rejected(), 2);
+  EXPECT_EQ(ekf(t).utime.size(), 3u);
+  EXPECT_EQ(ekf(t).sequence.out_of_order, 0);
+  EXPECT_FALSE(ekf(t).name_conflict);
+  const std::string joined = "ekf joined: ekf, tuning matched, model point";
+  EXPECT_EQ(t.said, (std::vector<std::string>{joined, "ekf is valid at 0.00 s", joined}));
+}
+
+TEST(Session, WhoAnnouncesItselfAgainHasNotStartedAgain) {
+  TestRun t;
+  t.session.handle(t.descriptor);
+  t.announcement.instance = 1001;
+  t.session.handle(t.announcement);
+  t.session.handle(t.estimate(0, 0.0));
+  t.session.handle(t.estimate(1, 0.0));
+  t.session.handle(t.announcement);  // kJoined, the same process
+  Estimate repeated = t.estimate(2, 0.0);
+  repeated.header.seq = 1;
+  t.session.handle(repeated);
+  EXPECT_EQ(ekf(t).sequence.out_of_order, 1);
+}
+
+TEST(Session, TwoEstimatorsOfOneNameAreSaidOnce) {
+  TestRun t;
+  t.session.handle(t.descriptor);
+  for (const std::int64_t instance : {1, 2, 1, 2, 1}) {
+    t.announcement.instance = instance;
+    t.session.handle(t.announcement);
+  }
+  EXPECT_TRUE(ekf(t).name_conflict);
+  EXPECT_EQ(std::count(t.said.begin(), t.said.end(), "two estimators are named 'ekf'; names must differ"), 1);
+  EXPECT_EQ(t.said.size(), 3u) << "and each of them joined once";
+}
+
+TEST(Session, TheLateGoodbyeOfAnEarlierProcessIsNoConflict) {
+  TestRun t;
+  t.session.handle(t.descriptor);
+  for (const std::int64_t instance : {1, 2}) {
+    t.announcement.instance = instance;
+    t.session.handle(t.announcement);
+  }
+  t.announcement.instance = 1;
+  t.announcement.presence = Presence::kLeft;
+  t.session.handle(t.announcement);
+  EXPECT_FALSE(ekf(t).name_conflict);
+  EXPECT_EQ(ekf(t).presence, Presence::kJoined) << "the later one is still there";
 }
 
 TEST(Session, TruthWithUnsafeNamesIsNotUsed) {
@@ -167,7 +357,8 @@ TEST(RunRecord, AStateWithoutTruthIsLeftOutOfNees) {
   EXPECT_EQ(board.estimators[0].states[1].score.samples, 0);
 }
 
-TEST(RunRecord, NisIsReportedForStepsThatMeasuredEverything) {
+// chi2_3 at 0.025 and 0.975 is 0.216 and 9.348 (NIST table).
+TEST(RunRecord, NisCoversStepsOfUnequalDimension) {
   TestRun t;
   t.session.handle(t.descriptor);
   t.session.handle(t.announcement);
@@ -177,12 +368,19 @@ TEST(RunRecord, NisIsReportedForStepsThatMeasuredEverything) {
   both.innovation_covariance = {1.0, 0.0, 0.0, 1.0};
   t.session.handle(both);                // NIS 5
   t.session.handle(t.estimate(1, 1.0));  // NIS 1, speed only
+  Estimate nothing = t.estimate(2, 0.0);
+  nothing.innovation_of.clear();
+  nothing.innovation.clear();
+  nothing.innovation_covariance.clear();
+  t.session.handle(nothing);
   const Scoreboard board = score_run(*t.session.run());
   const EstimatorScore& s = board.estimators[0];
-  EXPECT_EQ(s.nis_score.dimension, 2);
-  EXPECT_EQ(s.nis_score.samples, 1);
-  EXPECT_DOUBLE_EQ(s.nis_score.mean, 5.0);
-  EXPECT_DOUBLE_EQ(s.nis_ratio, 2.0);  // (5 + 1)/(2 + 1)
+  EXPECT_EQ(s.nis_score.samples, 2);
+  EXPECT_DOUBLE_EQ(s.nis_score.dimension, 1.5);
+  EXPECT_DOUBLE_EQ(s.nis_score.mean, 3.0);
+  EXPECT_NEAR(s.nis_score.band.low, 0.216 / 2.0, 5e-4 / 2.0);   // half the last printed digit over N
+  EXPECT_NEAR(s.nis_score.band.high, 9.348 / 2.0, 5e-4 / 2.0);  // the same
+  EXPECT_DOUBLE_EQ(s.nis_ratio, 2.0);                           // (5 + 1)/(2 + 1)
 }
 
 TEST(RunRecord, GapsAndDisorderAreCounted) {

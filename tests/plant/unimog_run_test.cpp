@@ -94,7 +94,7 @@ TEST(UnimogRun, ModeChangesAreInOrderAndAtTheirSpeeds) {
   EXPECT_NEAR(to_shift.state()[0] * 4.375 * 6.94, 2200.0 * kPi / 30.0, 1e-5);  // rad/s; 1e-8 of 230, a few times
 }
 
-// Sampling must not disturb what is sampled: not more than the tolerances may, by the bar of the next test.
+// Sampling must not disturb what is sampled: not by a bit, by the bar of the next test.
 TEST(UnimogRun, SamplesLeaveTheRunAlone) {
   VehicleSimulation<Unimog> sampled(prepared(), kTolerances), alone(prepared(), kTolerances);
   for (int k = 1; k <= 10000; ++k) sampled.advance(k == 10000 ? 10.0 : 0.001 * k);
