@@ -13,9 +13,14 @@ class Ekf final : public GaussianEstimator<M> {
 
   void step(const StepInput& step) override {
     const Vector<double, M::kInputs> u = this->input_of(step);
-    if (step.dt_s > 0.0) this->estimate_ = predict(this->belief_, this->estimate_, u, step.dt_s);
-    this->innovation_ = innovate(this->belief_, this->estimate_, u, step.measured_value.data(), step.measured);
-    this->estimate_ = update(this->estimate_, this->innovation_);
+    Gaussian<M> prior;
+    if (step.dt_s > 0.0) {
+      predict_into(this->belief_, this->estimate_, u, step.dt_s, prior);
+    } else {
+      prior = this->estimate_;
+    }
+    innovate_into(this->belief_, prior, u, step.measured_value.data(), step.measured, this->innovation_);
+    update_into(prior, this->innovation_, this->estimate_);
     this->settle(EstimateStatus::kValid);
   }
 };

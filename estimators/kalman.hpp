@@ -7,6 +7,7 @@
 // R is diagonal; for noise in per cent of the value it is the expected variance under the prediction,
 // R_ii = rel^2 (h_i^2 + (H P- H')_ii) + abs^2: with h alone a prediction near zero would claim a perfect sensor.
 // Outputs not measured get a zero row in H, so that all sizes are fixed at compile time.
+// The `_into` forms write where the result shall lie (never over an argument): a filter's step spares the copies.
 // Q and R are discrete covariances here. Simon, Optimal State Estimation (2006), chapters 5 and 13.
 #pragma once
 
@@ -89,14 +90,18 @@ struct Gaussian {
 };
 
 template <ProcessModel M>
-[[gnu::flatten]] Gaussian<M> predict(const Belief<M>& belief, const Gaussian<M>& from, const Vector<double, M::kInputs>& u,
-                                     double dt_s) {
-  Gaussian<M> to;
+[[gnu::flatten]] void predict_into(const Belief<M>& belief, const Gaussian<M>& from, const Vector<double, M::kInputs>& u,
+                                   double dt_s, Gaussian<M>& to) {
   Matrix<double, M::kStates> f;
   transition_and_jacobian(belief.model, from.mean, u, dt_s, to.mean, f);
   const Matrix<double, M::kStates> half = f * from.covariance;
   to.covariance = symmetric_product<M::kStates, M::kStates>(half, f);
   to.covariance.diagonal() += belief.process_covariance(dt_s);
+}
+template <ProcessModel M>
+Gaussian<M> predict(const Belief<M>& belief, const Gaussian<M>& from, const Vector<double, M::kInputs>& u, double dt_s) {
+  Gaussian<M> to;
+  predict_into(belief, from, u, dt_s, to);
   return to;
 }
 
@@ -111,9 +116,8 @@ struct Innovation {
 
 // The measured outputs as the bits of `measured`, z read only there; linearised at x.
 template <ProcessModel M>
-[[gnu::flatten]] Innovation<M> innovate(const Belief<M>& belief, const Gaussian<M>& at, const Vector<double, M::kInputs>& u,
-                                        const double* z, std::uint32_t measured) {
-  Innovation<M> i;
+[[gnu::flatten]] void innovate_into(const Belief<M>& belief, const Gaussian<M>& at, const Vector<double, M::kInputs>& u,
+                                    const double* z, std::uint32_t measured, Innovation<M>& i) {
   Vector<double, M::kOutputs> predicted;
   value_and_jacobian<M::kOutputs>([&](const auto& x) { return belief.model.output(x, u); }, at.mean, predicted, i.h);
   for (int k = 0; k < M::kOutputs; ++k) {
@@ -131,11 +135,17 @@ template <ProcessModel M>
     i.noise[k] = on ? belief.noise[static_cast<std::size_t>(k)].variance(predicted[k], i.covariance(k, k)) : 1.0;
   }
   i.covariance.diagonal() += i.noise;
+}
+template <ProcessModel M>
+Innovation<M> innovate(const Belief<M>& belief, const Gaussian<M>& at, const Vector<double, M::kInputs>& u, const double* z,
+                       std::uint32_t measured) {
+  Innovation<M> i;
+  innovate_into(belief, at, u, z, measured, i);
   return i;
 }
 
 template <ProcessModel M>
-[[gnu::flatten]] Gaussian<M> update(const Gaussian<M>& prior, const Innovation<M>& i) {
+[[gnu::flatten]] void update_into(const Gaussian<M>& prior, const Innovation<M>& i, Gaussian<M>& posterior) {
   constexpr int n = M::kStates;
   Matrix<double, M::kOutputs> s_inverse;
   if constexpr (M::kOutputs <= 4) {
@@ -144,7 +154,6 @@ template <ProcessModel M>
     s_inverse = i.covariance.llt().solve(Matrix<double, M::kOutputs>::Identity());
   }
   const Matrix<double, M::kStates, M::kOutputs> gain = i.ph * s_inverse;
-  Gaussian<M> posterior;
   posterior.mean = prior.mean + gain * i.value;
   const Matrix<double, n> left = Matrix<double, n>::Identity() - gain * i.h;
   const Matrix<double, n> half = left * prior.covariance;
@@ -153,6 +162,11 @@ template <ProcessModel M>
 #ifndef NDEBUG
   SLIPSTREAM_CHECK(!posterior.covariance.allFinite() || is_positive_definite(posterior.covariance));
 #endif
+}
+template <ProcessModel M>
+Gaussian<M> update(const Gaussian<M>& prior, const Innovation<M>& i) {
+  Gaussian<M> posterior;
+  update_into(prior, i, posterior);
   return posterior;
 }
 
