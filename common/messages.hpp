@@ -43,6 +43,20 @@ enum class EstimateStatus : std::int8_t {
   kInvalid = 3,       // not finite, or the covariance is not positive: do not use
 };
 
+inline const char* status_name(EstimateStatus status) {
+  switch (status) {
+    case EstimateStatus::kValid:
+      return "valid";
+    case EstimateStatus::kInitialising:
+      return "initialising";
+    case EstimateStatus::kFallback:
+      return "fallback";
+    case EstimateStatus::kInvalid:
+      return "invalid";
+  }
+  return "?";
+}
+
 struct Estimate {
   Header header;
   std::string name;

@@ -27,20 +27,10 @@ const char* state_name(RunState state) {
   return "?";
 }
 
-std::string status_name(const EstimatorRecord& r) {
+std::string standing(const EstimatorRecord& r) {
   if (r.presence == Presence::kLeft) return "left";
   if (!r.status) return "joined";
-  switch (*r.status) {
-    case EstimateStatus::kValid:
-      return "valid";
-    case EstimateStatus::kInitialising:
-      return "initialising";
-    case EstimateStatus::kFallback:
-      return "fallback";
-    case EstimateStatus::kInvalid:
-      return "invalid";
-  }
-  return "?";
+  return status_name(*r.status);
 }
 
 // A line that wraps would break the redrawing: what does not fit is left out.
@@ -86,7 +76,7 @@ std::string LiveTable::lines(const RunRecord& run, std::size_t width) {
   for (const auto& [name, r] : run.estimators()) {
     RunningScore& score = scores_[name];
     score.update(run, r);
-    std::vector<std::string> row{name, r.algorithm.empty() ? "-" : r.algorithm + "/" + r.tuning, status_name(r)};
+    std::vector<std::string> row{name, r.algorithm.empty() ? "-" : r.algorithm + "/" + r.tuning, standing(r)};
     for (const std::string& state : names) {
       const auto found = std::find(r.state_names.begin(), r.state_names.end(), state);
       const bool has_it = found != r.state_names.end();

@@ -16,20 +16,6 @@ bool plausible(const Header& header) {
   return header.utime >= 0 && header.utime <= kMaxCount && header.seq >= 0 && header.seq <= kMaxCount;
 }
 
-std::string status_text(EstimateStatus status) {
-  switch (status) {
-    case EstimateStatus::kValid:
-      return "valid";
-    case EstimateStatus::kInitialising:
-      return "initialising";
-    case EstimateStatus::kFallback:
-      return "fallback";
-    case EstimateStatus::kInvalid:
-      return "invalid";
-  }
-  return "?";
-}
-
 }  // namespace
 
 Session::Session(std::string own_name, Hooks hooks) : own_name_(std::move(own_name)), hooks_(std::move(hooks)) {}
@@ -136,7 +122,7 @@ void Session::handle(const Estimate& m) {
   run_->add(m);
   const auto found = run_->estimators().find(m.name);
   if (found != run_->estimators().end() && found->second.status)
-    say_status(m.name, fmt::format("{} at {:.2f} s", status_text(*found->second.status), seconds(found->second.utime.back())));
+    say_status(m.name, fmt::format("{} at {:.2f} s", status_name(*found->second.status), seconds(found->second.utime.back())));
 }
 
 void Session::handle(const Announcement& m) {
