@@ -24,7 +24,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kAlivePeriod_s = 1.0;
-constexpr double kSilence_s = 3.0;  // after so long without a tick another run may take the place of the present one
+constexpr double kSilence_s = 3.0;  // a plant not heard for so long, not even paused, gives way to another
 
 struct Options {
   std::string algorithm = "ekf", name, tuning, config, url = kDefaultLcmUrl, out;
@@ -71,6 +71,7 @@ class Program {
     const bool same = session_ && r.header.run_id == run_id_;
     if (same && r.header.seq > descriptor_seq_) {
       descriptor_seq_ = r.header.seq;
+      heard_ = Clock::now();
       announce(Presence::kAlive);  // somebody has just joined and does not know us yet
       return;
     }
@@ -154,7 +155,7 @@ class Program {
   std::int64_t announce_seq_ = 0, progress_seq_ = 0;
   Rejections rejections_;
   int runs_seen_ = 0, runs_ended_ = 0;
-  Clock::time_point announced_, heard_;  // last announcement of ours, last tick of the run
+  Clock::time_point announced_, heard_;  // last announcement of ours, last tick or descriptor of the run
 };
 
 int run(int argc, char** argv) {
