@@ -7,11 +7,15 @@
 #include <slipstream/control.hpp>
 #include <slipstream/drive_torque.hpp>
 #include <slipstream/estimate.hpp>
+#include <slipstream/lateral_accelerometer.hpp>
+#include <slipstream/motor_current.hpp>
 #include <slipstream/progress.hpp>
 #include <slipstream/run_descriptor.hpp>
+#include <slipstream/steering_angle.hpp>
 #include <slipstream/tick.hpp>
 #include <slipstream/truth.hpp>
 #include <slipstream/wheel_speed.hpp>
+#include <slipstream/yaw_rate.hpp>
 #include <stdexcept>
 #include <string>
 #include <vector>

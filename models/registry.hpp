@@ -4,11 +4,12 @@
 #include <variant>
 
 #include "models/processes/longitudinal_friction.hpp"
+#include "models/processes/wheel_friction.hpp"
 #include "models/vehicles/unimog.hpp"
 
 namespace slipstream {
 
 using AnyVehicle = std::variant<Unimog>;
-using AnyProcess = std::variant<LongitudinalFriction>;
+using AnyProcess = std::variant<LongitudinalFriction, WheelFriction>;
 
 }  // namespace slipstream

@@ -26,6 +26,7 @@ concept Vehicle = requires(const V vehicle, Vector<double, V::kStates> x, typena
   { V::kEvents } -> std::convertible_to<int>;
   { V::kName } -> std::convertible_to<std::string_view>;
   V::kTruth;      // std::array<Quantity, ...>
+  V::kInputs;     // std::array<Quantity, ...>: what estimators are told without noise
   V::kCrossings;  // std::array<Crossing, kEvents>
   vehicle.initial_state();
   vehicle.initial_mode();
@@ -33,7 +34,7 @@ concept Vehicle = requires(const V vehicle, Vector<double, V::kStates> x, typena
   vehicle.events(x, mode);                       // Vector<double, kEvents>: mode changes where one crosses zero
   vehicle.after_event(0, x, mode);               // -> Mode
   vehicle.truth(x, mode);                        // values of kTruth
-  vehicle.drive_torque_nm(x, mode);              // the input that estimators are told
+  vehicle.inputs(x, mode);                       // values of kInputs
 };
 
 }  // namespace slipstream

@@ -13,8 +13,6 @@ namespace slipstream {
 
 namespace {
 
-constexpr const char* kInput = "drive_torque_nm";
-
 // The instants 0, 1/rate, 2/rate, ...
 class Schedule {
  public:
@@ -46,7 +44,7 @@ class SimulatedDrive final : public DriveSource {
       truth_names_.emplace_back(q.name);
       truth_units_.emplace_back(q.unit);
     }
-    quantities_.emplace_back(kInput);
+    for (const Quantity& q : V::kInputs) quantities_.emplace_back(q.name);
     for (const SensorConfig& s : scenario.sensors) {
       const auto found = std::find(truth_names_.begin(), truth_names_.end(), s.quantity);
       if (found == truth_names_.end())
@@ -73,14 +71,15 @@ class SimulatedDrive final : public DriveSource {
     epoch.truth.clear();
     if (input_.next() == now) {
       input_.pass();
-      epoch.readings.push_back({0, simulation_.vehicle().drive_torque_nm(simulation_.state(), simulation_.mode())});
+      const auto inputs = simulation_.vehicle().inputs(simulation_.state(), simulation_.mode());
+      for (std::size_t i = 0; i < inputs.size(); ++i) epoch.readings.push_back({static_cast<int>(i), inputs[i]});
     }
     for (std::size_t i = 0; i < sensors_.size(); ++i) {
       Sensor& s = sensors_[i];
       if (s.schedule.next() != now) continue;
       s.schedule.pass();
       const double h = truth[s.truth_index];
-      epoch.readings.push_back({static_cast<int>(i) + 1, h + std::sqrt(s.noise.variance(h)) * s.random.normal()});
+      epoch.readings.push_back({static_cast<int>(V::kInputs.size() + i), h + std::sqrt(s.noise.variance(h)) * s.random.normal()});
     }
     if (truth_.next() == now) {
       truth_.pass();

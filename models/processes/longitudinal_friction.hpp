@@ -4,16 +4,14 @@
 //   z = (w, a_x),   a_x = mu g - R_aer(v)/m
 //
 // Document 002, eq. 7.12, with b of eq. 5.3. Three terms are ours: the drag R_aer (`drag = false` leaves it out, as the
-// document does); sgn, a cubic between +-standstill_eps_radps, so that the wheel may stop and turn back; and k,
+// document does); sgn, a cubic around standstill (parts/driven_wheel.hpp); and k,
 // rolling_rate_hz, the belief that in the long run the wheel rolls. With k = 0 (eq. 7.12) nothing ties v to a measurement: it
 // is the integral of a_x from the start, and its uncertainty grows with time. Input: T, the torque at this wheel.
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 
-#include "common/dual.hpp"
-#include "models/parts/quarter_car.hpp"
+#include "models/parts/driven_wheel.hpp"
 #include "models/process.hpp"
 
 namespace slipstream {
@@ -28,32 +26,20 @@ struct LongitudinalFriction {
   static constexpr std::array<Quantity, kInputs> kInputNames{{{"drive_torque_nm", "N m"}}};
   static constexpr std::array<Quantity, kOutputs> kOutputNames{{{"wheel_speed_radps", "rad/s"}, {"a_x_mps2", "m/s^2"}}};
 
-  QuarterCar quarter;
+  DrivenWheel wheel;
   bool drag = true;
-  double standstill_eps_radps = 0.1;
   double rolling_rate_hz = 0.0;
 
   template <typename Self, typename V>
   static void visit_parameters(Self& p, V& v) {
-    QuarterCar::visit_parameters(p.quarter, v);
+    DrivenWheel::visit_parameters(p.wheel, v);
     v.flag("drag", p.drag);
-    v.number("standstill_eps_radps", p.standstill_eps_radps, positive());
     v.number("rolling_rate_hz", p.rolling_rate_hz, non_negative());
   }
 
   template <typename T>
   T acceleration(const T& mu, const T& v) const {
-    return drag ? quarter.acceleration_mps2(mu, v) : kGravity_mps2 * mu;
-  }
-
-  // sgn(w): +-1 outside the standstill range, (3 s - s^3)/2 with s = w/eps inside.
-  template <typename T>
-  T rolling_direction(const T& w) const {
-    const double inside = value_of(w) / standstill_eps_radps;
-    if (inside >= 1.0) return T(1.0);
-    if (inside <= -1.0) return T(-1.0);
-    const T s = (1.0 / standstill_eps_radps) * w;
-    return 0.5 * s * (3.0 - s * s);
+    return drag ? wheel.quarter.acceleration_mps2(mu, v) : kGravity_mps2 * mu;
   }
 
   template <typename T>
@@ -61,12 +47,9 @@ struct LongitudinalFriction {
     const T& w = x[0];
     const T& v = x[1];
     const T& mu = x[2];
-    const double grip_nm = quarter.normal_force_n() * quarter.wheel_radius_m;  // torque per unit of friction
-    const T w_dot = (1.0 / quarter.wheel_inertia_kgm2) * (u[0] - quarter.viscous_friction_nms * w -
-                                                          grip_nm * (mu + quarter.rolling_resistance * rolling_direction(w)));
     T v_dot = acceleration(mu, v);
-    if (rolling_rate_hz > 0.0) v_dot = v_dot + rolling_rate_hz * (quarter.wheel_radius_m * w - v);
-    return {w_dot, v_dot, T(0.0)};
+    if (rolling_rate_hz > 0.0) v_dot = v_dot + rolling_rate_hz * (wheel.quarter.wheel_radius_m * w - v);
+    return {wheel.acceleration_radps2(u[0], w, mu), v_dot, T(0.0)};
   }
 
   template <typename T>
@@ -76,16 +59,13 @@ struct LongitudinalFriction {
 
   // The fastest rate of x' = f around x, 1/s: bounds the length of a stable Runge-Kutta step.
   double fastest_rate_hz(const Vector<double, kStates>& x) const {
-    const double rate = std::max(quarter.viscous_friction_nms / quarter.wheel_inertia_kgm2, rolling_rate_hz);
-    if (std::abs(x[0]) >= standstill_eps_radps) return rate;
-    return rate + 1.5 * quarter.rolling_resistance * quarter.normal_force_n() * quarter.wheel_radius_m /
-                      (standstill_eps_radps * quarter.wheel_inertia_kgm2);
+    return std::max(wheel.fastest_rate_hz(x[0]), rolling_rate_hz);
   }
 
   bool start_from(int output, double z, Vector<double, kStates>& x) const {
     if (output != 0) return false;
     x[0] = z;
-    x[1] = z * quarter.wheel_radius_m;
+    x[1] = z * wheel.quarter.wheel_radius_m;
     return true;
   }
 };

@@ -4,10 +4,13 @@
 #include <array>
 
 #include "models/sensors/accelerometer.hpp"
+#include "models/sensors/lateral_accelerometer.hpp"
+#include "models/sensors/motor_current.hpp"
 #include "models/sensors/wheel_speed.hpp"
+#include "models/sensors/yaw_rate.hpp"
 
 namespace slipstream {
 
-inline constexpr std::array kSensorTypes{kWheelSpeedSensor, kAccelerometer};
+inline constexpr std::array kSensorTypes{kWheelSpeedSensor, kAccelerometer, kYawRateSensor, kLateralAccelerometer, kMotorCurrentSensor};
 
 }  // namespace slipstream

@@ -41,6 +41,7 @@ struct Unimog {
                                                     {"engine_speed_radps", "rad/s"},
                                                     {"engine_torque_nm", "N m"},
                                                     {"gear", "1"}}};
+  static constexpr std::array<Quantity, 1> kInputs{{{"drive_torque_nm", "N m"}}};
   struct Mode {
     int gear = 1;
     bool idling = false;  // clutch slips, engine held at idle speed
@@ -158,7 +159,7 @@ struct Unimog {
     return mode;
   }
 
-  double drive_torque_nm(const State& x, const Mode& mode) const { return wheel_torque(x[0], mode); }
+  std::array<double, kInputs.size()> inputs(const State& x, const Mode& mode) const { return {wheel_torque(x[0], mode)}; }
 
   std::array<double, kTruth.size()> truth(const State& x, const Mode& mode) const {
     const double l = slip(x[0], x[1]);

@@ -97,7 +97,7 @@ TEST(MheWindow, TheDerivativeCheckerSeesAMistake) {
 Eigen::VectorXd gauss_newton(const Belief<Model>& b, const Gaussian<Model>& arrival,
                              const std::vector<WindowSample<Model>>& samples) {
   const int n = static_cast<int>(samples.size());
-  const QuarterCar& q = b.model.quarter;
+  const QuarterCar& q = b.model.wheel.quarter;
   const double drag = 0.5 * q.air_density_kgpm3 * q.drag_coefficient * q.frontal_area_m2 / q.mass_kg;
   const double grip = q.mass_kg * 9.81 * q.wheel_radius_m / q.wheel_inertia_kgm2;
   const auto f = [&](const Eigen::Vector3d& x, double torque) {

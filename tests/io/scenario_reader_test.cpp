@@ -169,9 +169,9 @@ TEST(ScenarioReader, BelievesTheVehicleUnlessToldOtherwise) {
                          "s.toml")
           .scenario;
   EXPECT_EQ(unimog_of(s).quarter.mass_kg, 1500.0);
-  EXPECT_EQ(model_of(s).quarter.mass_kg, 1500.0);
+  EXPECT_EQ(model_of(s).wheel.quarter.mass_kg, 1500.0);
   EXPECT_EQ(unimog_of(s).quarter.wheel_radius_m, 0.6);
-  EXPECT_EQ(model_of(s).quarter.wheel_radius_m, 0.5);
+  EXPECT_EQ(model_of(s).wheel.quarter.wheel_radius_m, 0.5);
 }
 
 TEST(ScenarioReader, ATuningMayHaveItsOwnModelParameters) {
@@ -180,7 +180,7 @@ TEST(ScenarioReader, ATuningMayHaveItsOwnModelParameters) {
   const auto& own = std::get<LongitudinalFriction>(loaded.scenario.estimator.tunings.at("matched").process.value());
   EXPECT_FALSE(own.drag);
   EXPECT_TRUE(model_of(loaded.scenario).drag);
-  EXPECT_EQ(own.quarter.mass_kg, 1800.0);
+  EXPECT_EQ(own.wheel.quarter.mass_kg, 1800.0);
   expect_round_trip(loaded);
 }
 
@@ -198,8 +198,8 @@ TEST(ScenarioReader, ReadsARecordedDrive) {
   EXPECT_EQ(s.recorded->inputs.at(0).offset, -1.0);
   EXPECT_EQ(s.recorded->truth.at(0).quantity, "friction");
   EXPECT_EQ(s.recorded->path_speed.value().yaw_column, "yaw_rad");
-  EXPECT_EQ(model_of(s).quarter.mass_kg, 3.3);
-  EXPECT_EQ(model_of(s).quarter.frontal_area_m2, QuarterCar{}.frontal_area_m2);
+  EXPECT_EQ(model_of(s).wheel.quarter.mass_kg, 3.3);
+  EXPECT_EQ(model_of(s).wheel.quarter.frontal_area_m2, QuarterCar{}.frontal_area_m2);
   EXPECT_EQ(s.estimator.tunings.at("matched").initial_mean.at("friction"), 0.0);
   EXPECT_EQ(loaded.resolved_toml.find("[vehicle]"), std::string::npos);
   expect_round_trip(loaded);
@@ -313,7 +313,7 @@ TEST(ScenarioReader, RefusesWhatIsMissing) {
   EXPECT_EQ(refused_with("[vehicle]\ntype = \"unimog\"", ""), "s.toml: expected either [vehicle] or [recorded], found neither");
   EXPECT_EQ(refused_with("[run]", "[recorded]"), "s.toml: expected either [vehicle] or [recorded], found both");
   EXPECT_EQ(refused_with("[sensor.wheel_speed]\nrate_hz = 50", ""),
-            "s.toml: sensor: no sensor; expected one of wheel_speed, accelerometer");
+            "s.toml: sensor: no sensor; expected one of wheel_speed, accelerometer, yaw_rate, lateral_accelerometer, motor_current");
   EXPECT_EQ(refused(kMinimal.substr(0, kMinimal.find("[tuning"))), "s.toml: tuning: expected at least one table [tuning.NAME]");
   EXPECT_EQ(refused_with(", friction = 5e-3", ""), "s.toml:13:20: missing key 'friction' in [tuning.matched.process_variance]");
   EXPECT_EQ(refused_with("process_variance", "#"),
@@ -460,7 +460,7 @@ TEST_F(ScenarioLayers, AnEstimatorsConfigReplacesItsKeys) {
   const LoadedScenario loaded = load_scenario_file(file, {"run.seed=5"});
   const std::string config = folder.write("ekf.toml", "[estimator.model]\nmass_kg = 1800\n[tuning.matched]\nmhe_window = 8\n");
   const LoadedScenario changed = with_estimator_config(loaded, config);
-  EXPECT_EQ(model_of(changed.scenario).quarter.mass_kg, 1800.0);
+  EXPECT_EQ(model_of(changed.scenario).wheel.quarter.mass_kg, 1800.0);
   EXPECT_EQ(unimog_of(changed.scenario).quarter.mass_kg, 2000.0);
   EXPECT_EQ(changed.scenario.estimator.tunings.at("matched").mhe_window, 8);
   EXPECT_EQ(changed.scenario.run.seed, 5u);

@@ -108,7 +108,7 @@ TYPED_TEST(ProcessLaws, AStartFromAMeasurementReproducesIt) {
 //   v' = 0.15 * 9.81 - 1.2 * 0.6 * 5.6 * 10^2 / 2 / 2000 = 1.4715 - 0.1008
 TEST(LongitudinalFriction, ByHand) {
   LongitudinalFriction m;
-  m.quarter.viscous_friction_nms = 3.0;
+  m.wheel.quarter.viscous_friction_nms = 3.0;
   const Vector<double, 3> x(20.0, 10.0, 0.15);
   const Vector<double, 1> u(2000.0);
   const auto rate = m.derivative<double>(x, u);

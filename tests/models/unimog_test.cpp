@@ -108,7 +108,7 @@ TEST(Unimog, DerivativeAgainstTheDocumentsEquations) {
       EXPECT_NEAR(rate[0], (torque - mu * mg * 0.52 - 0.02 * mg * 0.52) / 11.5, 1e-10 + 204.0 * 6e-7 / (w * w) / 11.5) << gear;
       EXPECT_NEAR(rate[1], mu * 9.81 - 0.5 * 1.2 * 0.6 * 5.6 * v * v / 2000.0, 1e-12) << gear;
       EXPECT_EQ(rate[2], v);
-      EXPECT_NEAR(u.drive_torque_nm({w, v, 5.0}, {gear, idling}), torque, 1e-9) << gear;
+      EXPECT_NEAR(u.inputs({w, v, 5.0}, {gear, idling})[0], torque, 1e-9) << gear;
     }
 }
 
@@ -185,8 +185,8 @@ TEST(Unimog, ModeLogic) {
 TEST(Unimog, TorqueIsContinuousWhereTheClutchCloses) {
   const Unimog u = prepared();
   const double w = kIdle_radps / (4.375 * 6.94);
-  EXPECT_NEAR(u.drive_torque_nm({w, 1.0, 0.0}, {3, true}), u.drive_torque_nm({w, 1.0, 0.0}, {3, false}), 1e-9);  // rounding
-  EXPECT_EQ(u.drive_torque_nm({0.1, 1.0, 0.0}, {3, true}), u.drive_torque_nm({0.9, 1.0, 0.0}, {3, true}));
+  EXPECT_NEAR(u.inputs({w, 1.0, 0.0}, {3, true})[0], u.inputs({w, 1.0, 0.0}, {3, false})[0], 1e-9);  // rounding
+  EXPECT_EQ(u.inputs({0.1, 1.0, 0.0}, {3, true})[0], u.inputs({0.9, 1.0, 0.0}, {3, true})[0]);
 }
 
 // Whatever the scenario asks for, an engine that starts above its shift speed must not stay in that gear for ever: either the

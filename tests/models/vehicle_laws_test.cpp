@@ -80,12 +80,12 @@ TYPED_TEST(VehicleLaws, FiniteAtStandstill) {
     EXPECT_TRUE(value.allFinite());
     EXPECT_TRUE(jacobian.allFinite());
     EXPECT_TRUE(this->vehicle_.events(zero, mode).allFinite());
-    EXPECT_TRUE(std::isfinite(this->vehicle_.drive_torque_nm(zero, mode)));
+    for (const double u : this->vehicle_.inputs(zero, mode)) EXPECT_TRUE(std::isfinite(u));
     for (const double t : this->vehicle_.truth(zero, mode)) EXPECT_TRUE(std::isfinite(t));
   }
 }
 
-TYPED_TEST(VehicleLaws, TruthHasUniqueNamesAndContainsTheInput) {
+TYPED_TEST(VehicleLaws, TruthHasUniqueNamesAndContainsTheInputs) {
   std::set<std::string_view> names;
   for (const Quantity& q : TypeParam::kTruth) {
     EXPECT_FALSE(q.name.empty());
@@ -95,12 +95,16 @@ TYPED_TEST(VehicleLaws, TruthHasUniqueNamesAndContainsTheInput) {
   for (const auto& mode : this->modes())
     for (const auto& x : this->states()) {
       const auto truth = this->vehicle_.truth(x, mode);
-      for (std::size_t i = 0; i < TypeParam::kTruth.size(); ++i)
-        if (TypeParam::kTruth[i].name == "drive_torque_nm") {
-          EXPECT_EQ(truth[i], this->vehicle_.drive_torque_nm(x, mode));
-        }
+      const auto inputs = this->vehicle_.inputs(x, mode);
+      for (std::size_t k = 0; k < inputs.size(); ++k) {
+        const std::string_view name = TypeParam::kInputs[k].name;
+        EXPECT_TRUE(names.contains(name)) << name;
+        for (std::size_t i = 0; i < TypeParam::kTruth.size(); ++i)
+          if (TypeParam::kTruth[i].name == name) {
+            EXPECT_EQ(truth[i], inputs[k]);
+          }
+      }
     }
-  EXPECT_TRUE(names.contains("drive_torque_nm"));
 }
 
 // a_x is what the accelerometer sees; on level ground and straight ahead it is the rate of the truth's speed.

@@ -21,7 +21,7 @@ Unimog prepared() {
 
 TEST(UnimogRun, WheelTorqueOfFigure40) {
   VehicleSimulation<Unimog> run(prepared(), kTolerances);
-  const auto torque = [&] { return run.vehicle().drive_torque_nm(run.state(), run.mode()); };
+  const auto torque = [&] { return run.vehicle().inputs(run.state(), run.mode())[0]; };
   EXPECT_NEAR(torque(), 1400.0, 30.0);  // N m; as read from the figure
   double peak = torque();
   for (int k = 1; k <= 1000; ++k) {
@@ -167,7 +167,8 @@ struct UnimogWithWork {
   Vector<double, kEvents> events(const State& x, const Mode& mode) const { return unimog.events(own(x), mode); }
   Mode after_event(int event, const State& x, const Mode& mode) const { return unimog.after_event(event, own(x), mode); }
   auto truth(const State& x, const Mode& mode) const { return unimog.truth(own(x), mode); }
-  double drive_torque_nm(const State& x, const Mode& mode) const { return unimog.drive_torque_nm(own(x), mode); }
+  static constexpr auto kInputs = Unimog::kInputs;
+  std::array<double, 1> inputs(const State& x, const Mode& mode) const { return unimog.inputs(own(x), mode); }
 };
 static_assert(Vehicle<UnimogWithWork>);
 

@@ -1,0 +1,51 @@
+// The wheel of a process model whose friction is a state, not a tyre's: what the torque leaves over turns the wheel.
+//
+//   J w' = T - b w - (mu + f_r sgn w) m g r          (document 002, eqs 5.6 and 7.11; b of eq. 5.3, f_r of eq. 3.11)
+//
+// sgn is a cubic between +-standstill_eps_radps, so that the wheel may stop and turn back. T positive when driving.
+#pragma once
+
+#include <cmath>
+
+#include "common/dual.hpp"
+#include "models/parts/quarter_car.hpp"
+
+namespace slipstream {
+
+struct DrivenWheel {
+  QuarterCar quarter;
+  double standstill_eps_radps = 0.1;
+
+  template <typename Self, typename V>
+  static void visit_parameters(Self& p, V& v) {
+    QuarterCar::visit_parameters(p.quarter, v);
+    v.number("standstill_eps_radps", p.standstill_eps_radps, positive());
+  }
+
+  // sgn(w): +-1 outside the standstill range, (3 s - s^3)/2 with s = w/eps inside.
+  template <typename T>
+  T rolling_direction(const T& w) const {
+    const double inside = value_of(w) / standstill_eps_radps;
+    if (inside >= 1.0) return T(1.0);
+    if (inside <= -1.0) return T(-1.0);
+    const T s = (1.0 / standstill_eps_radps) * w;
+    return 0.5 * s * (3.0 - s * s);
+  }
+
+  template <typename T>
+  T acceleration_radps2(double torque_nm, const T& w, const T& mu) const {
+    const double grip_nm = quarter.normal_force_n() * quarter.wheel_radius_m;  // torque per unit of friction
+    return (1.0 / quarter.wheel_inertia_kgm2) * (torque_nm - quarter.viscous_friction_nms * w -
+                                                 grip_nm * (mu + quarter.rolling_resistance * rolling_direction(w)));
+  }
+
+  // The fastest rate of w' around w, 1/s: bounds the length of a stable Runge-Kutta step.
+  double fastest_rate_hz(double w) const {
+    const double rate = quarter.viscous_friction_nms / quarter.wheel_inertia_kgm2;
+    if (std::abs(w) >= standstill_eps_radps) return rate;
+    return rate + 1.5 * quarter.rolling_resistance * quarter.normal_force_n() * quarter.wheel_radius_m /
+                      (standstill_eps_radps * quarter.wheel_inertia_kgm2);
+  }
+};
+
+}  // namespace slipstream
