@@ -103,6 +103,10 @@ void CommandLine::positional(const std::string& name, std::string& value, const 
   if (required) impl_->required_positionals.push_back(option);
 }
 
+void CommandLine::positionals(const std::string& name, std::vector<std::string>& values, const std::string& help) {
+  impl_->app.add_option(name, values, help)->type_name("");
+}
+
 void CommandLine::parse(int argc, char** argv) {
   CLI::App& app = impl_->app;
   try {

@@ -23,6 +23,7 @@ class CommandLine {
   void option(const std::string& flag, std::vector<std::string>& values, const std::string& help);
   void flag(const std::string& flag, bool& value, const std::string& help);
   void positional(const std::string& name, std::string& value, const std::string& help, bool required);
+  void positionals(const std::string& name, std::vector<std::string>& values, const std::string& help);  // any number
 
   // --help prints the help and exits with 0. Wrong usage throws a Refusal.
   void parse(int argc, char** argv);

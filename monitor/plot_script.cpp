@@ -128,11 +128,11 @@ void PlotScript::band(Panel& panel, const BandCurve& band, const std::string& co
 }
 
 void PlotScript::constant_band(Panel& panel, Band limits, const std::string& title) {
-  band(panel, {{0.0, end_s_}, {limits.low, limits.low}, {limits.high, limits.high}}, "#000000", title);
+  band(panel, {{begin_s_, end_s_}, {limits.low, limits.low}, {limits.high, limits.high}}, "#000000", title);
 }
 
 void PlotScript::constant(Panel& panel, double y, const std::string& style, const std::string& title) {
-  line(panel, {{0.0, end_s_}, {y, y}}, style, title);
+  line(panel, {{begin_s_, end_s_}, {y, y}}, style, title);
 }
 
 std::string PlotScript::text(int legend_rows) const {
@@ -144,7 +144,8 @@ std::string PlotScript::text(int legend_rows) const {
                    height, kFont);
   s += "set encoding utf8\nset datafile missing \"NaN\"\nset grid xtics ytics lc rgb \"#d8d8d8\" lw 1 dt 1\n";
   s += "set border 3 lc rgb \"#444444\"\nset tics nomirror out scale 0.6\nset xtics textcolor rgb \"#222222\"\n";
-  s += fmt::format("set xrange [0:{:.9g}]\nset lmargin at screen 0.108\nset rmargin at screen 0.985\n", std::max(end_s_, 1e-6));
+  s += fmt::format("set xrange [{:.9g}:{:.9g}]\nset lmargin at screen 0.108\nset rmargin at screen 0.985\n", begin_s_,
+                   std::max(end_s_, begin_s_ + 1e-6));
   for (const double mark : marks_s_)
     s += fmt::format(
         "set arrow from first {0:.9g}, graph 0 to first {0:.9g}, graph 1 nohead back lc rgb \"#999999\" dt (3,4)\n", mark);
@@ -152,7 +153,7 @@ std::string PlotScript::text(int legend_rows) const {
       "set key at screen 0.5465, screen {:.5f} center top horizontal Left reverse samplen 2.5 spacing 1.1 noenhanced\n",
       1.0 - 4.0 / height);
   // A label instead of an xlabel: gnuplot leaves that one out when ticks point outwards from a fixed margin.
-  s += fmt::format("set label 1 \"time (s)\" at screen 0.5465, screen {:.5f} center\n", 14.0 / height);
+  s += fmt::format("set label 1 {} at screen 0.5465, screen {:.5f} center\n", quoted(x_label_), 14.0 / height);
   s += "set multiplot\n";
   int y = height - top;
   for (std::size_t i = 0; i < panels_.size(); ++i) {

@@ -1,5 +1,6 @@
-// A gnuplot script for one figure of stacked panels that share their time axis. Numbers go in as inline data blocks; the only
-// text that reaches gnuplot is quoted, without its special characters, and never interpreted (noenhanced).
+// A gnuplot script for one figure of stacked panels that share their horizontal axis, time unless said otherwise. Numbers go in
+// as inline data blocks; the only text that reaches gnuplot is quoted, without its special characters, and never interpreted
+// (noenhanced).
 #pragma once
 
 #include <memory>
@@ -14,6 +15,7 @@
 namespace slipstream {
 
 inline constexpr std::size_t kMaxPlotPoints = 2000;  // per curve
+inline constexpr int kPlotWidth_px = 877;            // of the axes; a panel's height relative to it sets the scale of a map
 
 // y over x; a NaN in y interrupts the line.
 struct Curve {
@@ -49,6 +51,9 @@ class PlotScript {
   // x from 0 to end_s; vertical lines at `marks_s`.
   PlotScript(double end_s, std::vector<double> marks_s) : end_s_(end_s), marks_s_(std::move(marks_s)) {}
 
+  // Another horizontal axis than time.
+  PlotScript(std::string x_label, Band x_range) : begin_s_(x_range.low), end_s_(x_range.high), x_label_(std::move(x_label)) {}
+
   Panel& panel(const std::string& y_label, int height_px);
   // Each adds a curve to a panel; an empty title keeps it out of the legend.
   void line(Panel& panel, const Curve& curve, const std::string& style, const std::string& title);
@@ -63,8 +68,10 @@ class PlotScript {
  private:
   std::string block(std::span<const double> x, std::span<const double> y, std::span<const double> y2);
 
+  double begin_s_ = 0.0;
   double end_s_;
   std::vector<double> marks_s_;
+  std::string x_label_ = "time (s)";
   std::string data_;
   int blocks_ = 0;
   std::vector<std::unique_ptr<Panel>> panels_;

@@ -6,35 +6,13 @@
 
 #include "monitor/figures.hpp"
 #include "monitor/gnuplot.hpp"
+#include "monitor/page.hpp"
 #include "monitor/results.hpp"
 #include "monitor/tables.hpp"
 #include "monitor/text.hpp"
 
 namespace slipstream {
 namespace {
-
-constexpr const char* kStyle = R"(
-:root { color-scheme: light; }
-body { font: 16px/1.5 system-ui, -apple-system, "Segoe UI", "DejaVu Sans", sans-serif; color: #1a1a1a; background: #fff;
-       max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
-h1 { font-size: 1.7rem; margin: 0 0 .2rem; } h2 { font-size: 1.25rem; margin: 2.2rem 0 .6rem; border-bottom: 1px solid #bbb; }
-p.lead { margin: 0 0 1rem; color: #333; } .warning { border-left: 4px solid #D55E00; padding: .3rem .8rem; background: #fdf3ec; }
-dl { display: grid; grid-template-columns: max-content 1fr; gap: .15rem 1.2rem; margin: 0; } dt { color: #555; } dd { margin: 0; }
-.scroll { overflow-x: auto; }
-table { border-collapse: collapse; margin: .8rem 0 1.4rem; font-size: .94rem; font-variant-numeric: tabular-nums; }
-caption { text-align: left; font-weight: 600; padding: .2rem 0; }
-th, td { padding: .22rem 1.3rem .22rem 0; text-align: left; vertical-align: top; } th { border-bottom: 1.5px solid #333; }
-tbody tr + tr td { border-top: 1px solid #ddd; } .number { text-align: right; white-space: nowrap; }
-figure { margin: 1.4rem 0 2rem; } figure svg { width: 100%; height: auto; display: block; }
-figcaption { margin-top: .5rem; font-size: .92rem; color: #333; } figcaption b { color: #1a1a1a; }
-details pre { font-size: .82rem; background: #f6f6f6; padding: .8rem; overflow-x: auto; }
-@media print {
-  @page { margin: 15mm; }
-  body { font-size: 10.5pt; max-width: none; margin: 0; padding: 0; color: #000; }
-  h2 { break-after: avoid; } figure, table { break-inside: avoid; } .scroll { overflow: visible; }
-  table { font-size: 9pt; } details { display: none; } figcaption { color: #000; }
-}
-)";
 
 class Page {
  public:
@@ -43,10 +21,7 @@ class Page {
 
   std::string html() {
     const std::string title = html_escape(info_.name.empty() ? "unnamed run" : info_.name);
-    out_ =
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-        "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
-    out_ += fmt::format("<title>{}: Slipstream report</title>\n<style>{}</style>\n</head>\n<body>\n", title, kStyle);
+    out_ = page_head(title + ": Slipstream report");
     out_ += fmt::format("<h1>{}</h1>\n<p class=\"lead\">{}</p>\n", title, html_escape(info_.description));
     warnings();
     facts();
@@ -158,8 +133,7 @@ class Page {
           drawing.svg.empty()
               ? fmt::format("<p class=\"warning\">This figure could not be drawn: {}</p>", html_escape(drawing.error))
               : inline_svg(drawing.svg, fmt::format("f{}-", number), figure.title + ". " + figure.caption);
-      out_ += fmt::format("<figure id=\"{}\">\n{}\n<figcaption><b>Figure {}. {}.</b> {}</figcaption>\n</figure>\n",
-                          html_escape(figure.id), picture, number, html_escape(heading), html_escape(figure.caption));
+      out_ += page_figure(figure.id, picture, fmt::format("Figure {}. {}.", number, heading), figure.caption);
     }
   }
 

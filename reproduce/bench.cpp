@@ -1,0 +1,194 @@
+#include "reproduce/bench.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "common/check.hpp"
+#include "estimators/registry.hpp"
+#include "estimators/session.hpp"
+#include "plant/recorded_drive.hpp"
+#include "plant/simulated_drive.hpp"
+
+namespace slipstream {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+bool is_usable(EstimateStatus s) { return s == EstimateStatus::kValid || s == EstimateStatus::kFallback; }
+
+// One estimator with its session, writing into its track.
+class Listener {
+ public:
+  Listener(const Scenario& scenario, const Follower& follower, const std::vector<std::string>& nees_states)
+      : tuning_(scenario.estimator.tunings.at(follower.tuning)),
+        process_(tuning_.process ? *tuning_.process : scenario.estimator.process),
+        nees_states_(nees_states),
+        session_(follower.algorithm, 1, scenario, tuning_, make_estimator(follower.algorithm, scenario, follower.tuning),
+                 [this](const Estimate& e) { add(e); }) {
+    track_.label = follower.label.empty() ? follower.algorithm : follower.label;
+    const ModelNames names = session_.estimator().names();
+    for (const Quantity& q : names.states) track_.states.emplace_back(q.name);
+    for (const Quantity& q : names.outputs) track_.outputs.emplace_back(q.name);
+    for (const Quantity& q : names.inputs) inputs_.emplace_back(q.name);
+    track_.mean.resize(track_.states.size());
+    track_.sigma.resize(track_.states.size());
+    track_.output.resize(track_.outputs.size());
+    input_.assign(inputs_.size(), kNan);
+  }
+
+  void on_reading(const Reading& r) {
+    session_.on_reading(r);
+    for (std::size_t i = 0; i < inputs_.size(); ++i)
+      if (inputs_[i] == r.quantity) input_[i] = r.value;
+  }
+  void on_tick(Utime utime) { session_.on_tick(utime); }
+
+  // Truth at the track's instants decides the NEES.
+  Track finish(const Played& played) {
+    std::vector<std::vector<double>> truth;
+    std::vector<std::size_t> states;
+    for (std::size_t i = 0; i < track_.states.size(); ++i) {
+      const auto found = played.truth.find(track_.states[i]);
+      const bool wanted =
+          nees_states_.empty() || std::find(nees_states_.begin(), nees_states_.end(), track_.states[i]) != nees_states_.end();
+      if (found == played.truth.end() || !wanted) continue;
+      states.push_back(i);
+      truth.push_back(truth_at_all(played.truth_utime, found->second, track_.utime));
+    }
+    const std::size_t n = track_.states.size();
+    for (std::size_t row = 0; row < track_.utime.size(); ++row) {
+      std::vector<double> e;
+      std::vector<std::size_t> keep;
+      for (std::size_t k = 0; k < states.size(); ++k) {
+        const double difference = track_.mean[states[k]][row] - truth[k][row];
+        if (std::isnan(difference)) continue;
+        e.push_back(difference);
+        keep.push_back(states[k]);
+      }
+      const std::span<const double> covariance(covariance_.data() + row * n * n, n * n);
+      track_.nees.push_back(e.empty() ? kNan : normalised_square(e, sub_block(covariance, n, keep)));
+      track_.nees_dimension.push_back(static_cast<int>(e.size()));
+    }
+    return std::move(track_);
+  }
+
+ private:
+  void add(const Estimate& e) {
+    const std::size_t n = track_.states.size();
+    const bool usable = is_usable(e.status);
+    track_.fallbacks += e.status == EstimateStatus::kFallback ? 1U : 0U;
+    track_.utime.push_back(e.header.utime);
+    track_.t_s.push_back(seconds(e.header.utime));
+    for (std::size_t i = 0; i < n; ++i) {
+      track_.mean[i].push_back(usable ? e.mean[i] : kNan);
+      track_.sigma[i].push_back(usable ? std::sqrt(e.covariance[i * n + i]) : kNan);
+    }
+    covariance_.insert(covariance_.end(), e.covariance.begin(), e.covariance.end());
+    track_.nis.push_back(usable && !e.innovation.empty() ? normalised_square(e.innovation, e.innovation_covariance) : kNan);
+    track_.nis_dimension.push_back(static_cast<int>(e.innovation.size()));
+    track_.step_time_us.push_back(e.step_time_us);
+    std::visit(
+        [&]<typename M>(const M& model) {
+          Vector<double, M::kStates> x;
+          Vector<double, M::kInputs> u;
+          if (n != M::kStates || inputs_.size() != M::kInputs || !usable) {
+            for (auto& column : track_.output) column.push_back(kNan);
+            return;
+          }
+          for (std::size_t i = 0; i < n; ++i) x[static_cast<int>(i)] = e.mean[i];
+          for (std::size_t i = 0; i < inputs_.size(); ++i) u[static_cast<int>(i)] = input_[i];
+          const Vector<double, M::kOutputs> z = model.output(x, u);
+          for (std::size_t i = 0; i < track_.output.size(); ++i) track_.output[i].push_back(z[static_cast<int>(i)]);
+        },
+        process_);
+  }
+
+  Tuning tuning_;
+  AnyProcess process_;
+  std::vector<std::string> nees_states_;
+  EstimatorSession session_;
+  Track track_;
+  std::vector<std::string> inputs_;
+  std::vector<double> input_;
+  std::vector<double> covariance_;  // rows of n * n
+};
+
+std::size_t index_of(const std::vector<std::string>& names, const std::string& name) {
+  const auto found = std::find(names.begin(), names.end(), name);
+  SLIPSTREAM_CHECK(found != names.end());
+  return static_cast<std::size_t>(found - names.begin());
+}
+
+}  // namespace
+
+std::size_t Track::index(const std::string& state) const { return index_of(states, state); }
+const std::vector<double>& Track::of(const std::string& state) const { return mean[index(state)]; }
+const std::vector<double>& Track::sigma_of(const std::string& state) const { return sigma[index(state)]; }
+
+const std::vector<double>& Played::truth_of(const std::string& name) const {
+  const auto found = truth.find(name);
+  SLIPSTREAM_CHECK(found != truth.end());
+  return found->second;
+}
+
+StateScore Played::score(std::size_t k, const std::string& state) const {
+  return score_state(truth_at_all(truth_utime, truth_of(state), tracks[k].utime), tracks[k].of(state));
+}
+StateScore Played::score_output(std::size_t k, const std::string& output) const {
+  const Track& track = tracks[k];
+  return score_state(truth_at_all(truth_utime, truth_of(output), track.utime), track.output[index_of(track.outputs, output)]);
+}
+StateScore Played::score_measured(std::size_t k, const std::string& output) const {
+  const Track& track = tracks[k];
+  const Series& z = measured.at(output);
+  const std::vector<double>& h = track.output[index_of(track.outputs, output)];
+  std::vector<double> measured_at(track.t_s.size(), kNan);
+  for (std::size_t row = 0, i = 0; row < track.t_s.size(); ++row) {
+    while (i < z.t_s.size() && z.t_s[i] < track.t_s[row]) ++i;
+    if (i < z.t_s.size() && z.t_s[i] == track.t_s[row]) measured_at[row] = z.value[i];
+  }
+  return score_state(measured_at, h);
+}
+std::vector<double> Played::error(std::size_t k, const std::string& state) const {
+  std::vector<double> e = truth_at_all(truth_utime, truth_of(state), tracks[k].utime);
+  for (std::size_t i = 0; i < e.size(); ++i) e[i] = tracks[k].of(state)[i] - e[i];
+  return e;
+}
+
+Played play(const Scenario& scenario, const std::vector<Follower>& followers, const RecordedStreams* streams,
+            const std::vector<std::string>& nees_states) {
+  SLIPSTREAM_CHECK(scenario.recorded.has_value() == (streams != nullptr));
+  const std::unique_ptr<DriveSource> drive =
+      streams ? std::make_unique<RecordedDrive>(*streams, scenario.run.duration_s) : make_simulated_drive(scenario);
+  Played played;
+  const std::vector<std::string>& names = drive->truth_names();
+  std::vector<std::vector<double>*> columns;
+  for (const std::string& name : names) columns.push_back(&played.truth[name]);
+  std::vector<Series*> series;
+  for (const std::string& quantity : drive->quantities()) series.push_back(&played.measured[quantity]);
+  std::vector<std::unique_ptr<Listener>> listeners;
+  for (const Follower& f : followers) listeners.push_back(std::make_unique<Listener>(scenario, f, nees_states));
+
+  std::vector<std::int64_t> seq(drive->quantities().size(), 0);
+  DriveEpoch epoch;
+  while (drive->next(epoch)) {
+    for (const NamedValue& r : epoch.readings) {
+      const auto channel = static_cast<std::size_t>(r.channel);
+      const Reading reading{{epoch.utime, seq[channel]++, 1}, drive->quantities()[channel], r.value};
+      series[channel]->t_s.push_back(seconds(epoch.utime));
+      series[channel]->value.push_back(r.value);
+      for (auto& l : listeners) l->on_reading(reading);
+    }
+    for (auto& l : listeners) l->on_tick(epoch.utime);
+    if (epoch.truth.empty()) continue;
+    played.truth_utime.push_back(epoch.utime);
+    played.truth_t_s.push_back(seconds(epoch.utime));
+    for (std::size_t i = 0; i < names.size(); ++i) columns[i]->push_back(epoch.truth[i]);
+  }
+  for (auto& l : listeners) played.tracks.push_back(l->finish(played));
+  return played;
+}
+
+}  // namespace slipstream

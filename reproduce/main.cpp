@@ -1,0 +1,207 @@
+// slipstream-reproduce: regenerates the experiments of document 002 and writes them beside what was published.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <thread>
+
+#include "common/random.hpp"
+#include "common/refusal.hpp"
+#include "io/command_line.hpp"
+#include "io/csv.hpp"
+#include "io/interrupt.hpp"
+#include "io/recorded_files.hpp"
+#include "io/scenario_reader.hpp"
+#include "io/suggest.hpp"
+#include "io/text_file.hpp"
+#include "reproduce/experiment.hpp"
+#include "reproduce/files.hpp"
+#include "reproduce/runner.hpp"
+
+namespace slipstream {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::vector<std::string> names;
+  std::string out = "out/reproduce", data, scenarios = "scenarios";
+  double seeds = 20, jobs = 0;
+  bool list = false, fresh = false;
+};
+
+void say(const std::string& line) {
+  fmt::print("slipstream-reproduce: {}\n", line);
+  std::fflush(stdout);
+}
+
+void print_list() {
+  for (const Experiment& e : experiments()) fmt::print("{:<20} {}\n{:<20} {}\n", e.name, e.title, "", fmt::join(e.items, ", "));
+}
+
+// By its name or by an item's: "snow", "fig_6", "Table 4".
+std::vector<const Experiment*> chosen(const std::vector<std::string>& names) {
+  std::vector<const Experiment*> result;
+  std::vector<std::string> known;
+  for (const Experiment& e : experiments()) {
+    known.push_back(e.name);
+    bool wanted = names.empty();
+    for (const std::string& name : names)
+      wanted = wanted || name == e.name || std::any_of(e.items.begin(), e.items.end(), [&](const std::string& item) {
+                 return file_stem(item) == file_stem(name);
+               });
+    if (wanted) result.push_back(&e);
+  }
+  for (const std::string& name : names) {
+    const bool exists = std::any_of(experiments().begin(), experiments().end(), [&](const Experiment& e) {
+      return name == e.name || std::any_of(e.items.begin(), e.items.end(),
+                                           [&](const std::string& item) { return file_stem(item) == file_stem(name); });
+    });
+    if (!exists)
+      throw Refusal(fmt::format("no experiment '{}'{}; --list names them with their figures and tables", printable(name),
+                                suggestion(name, known)));
+  }
+  return result;
+}
+
+// Everything a result depends on: this program, the scenarios, the data folder, the number of seeds.
+std::string key_of(const Options& o) {
+  std::uint64_t h = hash64(read_text_file("/proc/self/exe"));
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(o.scenarios)) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  for (const fs::path& f : files)
+    if (f.extension() == ".toml") h = hash64(read_text_file(f.string()), h);
+  h = hash64(fmt::format("{} {}", o.data, o.seeds), h);
+  return fmt::format("{:016x}", h);
+}
+
+Bench make_bench(const Options& o) {
+  Bench bench;
+  bench.seeds = static_cast<int>(o.seeds);
+  bench.data_dir = o.data;
+  bench.scenario = [o](const std::string& name, const std::vector<std::string>& overrides) {
+    return load_scenario_file((fs::path(o.scenarios) / (name + ".toml")).string(), overrides).scenario;
+  };
+  bench.streams = [o](const Scenario& scenario, const std::string& folder) {
+    return load_recorded(scenario.recorded.value(), (fs::path(o.data) / folder).string());
+  };
+  bench.columns = [o](const std::string& file, const std::vector<std::string>& columns) {
+    const CsvTable table = read_csv((fs::path(o.data) / file).string(), columns);
+    std::vector<std::vector<double>> values;
+    for (const std::string& column : columns) values.push_back(table[column]);
+    return values;
+  };
+  return bench;
+}
+
+// One line at the bottom of a terminal that is redrawn; elsewhere a line now and then.
+class ProgressLine {
+ public:
+  void show(const std::vector<RunnerHooks::Activity>& running, std::size_t finished, std::size_t all) {
+    std::string line = fmt::format("[{}/{}]", finished, all);
+    for (const auto& a : running)
+      line +=
+          a.total > 0 ? fmt::format("  {} {} of {}", a.experiment, a.done, a.total) : fmt::format("  {} begins", a.experiment);
+    if (line == shown_) return;
+    if (terminal_) {
+      winsize size{};
+      const std::size_t width = ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 10 ? size.ws_col - 1U : 79U;
+      fmt::print("\r{:<{}.{}}", line, width, width);
+    } else if (finished != finished_ || shown_.empty()) {
+      fmt::print("{}\n", line);
+    }
+    std::fflush(stdout);
+    finished_ = finished;
+    shown_ = line;
+  }
+  void clear() {
+    if (terminal_ && !shown_.empty()) fmt::print("\r{:<79}\r", "");
+    shown_.clear();
+  }
+
+ private:
+  bool terminal_ = ::isatty(STDOUT_FILENO) == 1;
+  std::string shown_;
+  std::size_t finished_ = 0;
+};
+
+std::vector<Part> finished_parts(const std::string& out, const std::string& key) {
+  std::vector<Part> parts;
+  for (const Experiment& e : experiments())
+    if (auto part = read_part(out, e.name, key)) parts.push_back(std::move(*part));
+  return parts;
+}
+
+int run(int argc, char** argv) {
+  Options o;
+  CommandLine line("slipstream-reproduce", "Regenerates the experiments of document 002 beside their published values.");
+  line.positionals("NAME", o.names, "experiments, figures or tables (default: all)");
+  line.flag("--list", o.list, "name the experiments and what each regenerates");
+  line.option("--out", o.out, "folder for the report, the figures and the tables");
+  line.option("--data", o.data, "folder of the recorded drives; without it the experiments on them are left out");
+  line.option("--scenarios", o.scenarios, "folder of the scenario files");
+  line.option("--seeds", o.seeds, "runs of every Monte Carlo spread");
+  line.option("--jobs", o.jobs, "experiments at a time (default: one for each processor)");
+  line.flag("--fresh", o.fresh, "compute again what an earlier call has finished");
+  line.parse(argc, argv);
+  if (o.list) {
+    print_list();
+    return 0;
+  }
+  const std::vector<const Experiment*> wanted = chosen(o.names);
+  if (o.seeds < 1 || o.seeds > 10000 || o.seeds != std::floor(o.seeds))
+    throw Refusal(fmt::format("--seeds: found {}, expected a whole number from 1 to 10000", o.seeds));
+  if (o.jobs < 0 || o.jobs > 1024 || o.jobs != std::floor(o.jobs))
+    throw Refusal(fmt::format("--jobs: found {}, expected a whole number from 1 to 1024", o.jobs));
+  if (!o.data.empty() && !fs::is_directory(o.data)) throw Refusal(fmt::format("--data: no such folder: {}", o.data));
+  if (!fs::is_directory(o.scenarios)) throw Refusal(fmt::format("--scenarios: no such folder: {}", o.scenarios));
+  prepare_output(o.out);
+
+  const std::string key = key_of(o);
+  std::vector<const Experiment*> todo;
+  for (const Experiment* e : wanted)
+    if (o.fresh || !read_part(o.out, e->name, key)) todo.push_back(e);
+  if (todo.size() < wanted.size())
+    say(fmt::format("{} of {} experiments are finished already in {}", wanted.size() - todo.size(), wanted.size(), o.out));
+  if (o.data.empty()) say("no recorded drives (--data DIR): what needs them is left out");
+
+  catch_interrupts();
+  ProgressLine progress;
+  std::vector<std::string> failed;
+  RunnerHooks hooks;
+  hooks.interrupted = [] { return interrupted(); };
+  hooks.progress = [&](const auto& running, std::size_t finished, std::size_t all) { progress.show(running, finished, all); };
+  hooks.finished = [&](const std::string& name, const std::string& error, double elapsed_s) {
+    progress.clear();
+    if (!error.empty()) failed.push_back(fmt::format("experiment {} failed: {}", name, error));
+    say(error.empty() ? fmt::format("{} finished in {:.1f} s", name, elapsed_s) : failed.back());
+  };
+  const int jobs = o.jobs > 0 ? static_cast<int>(o.jobs) : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  const bool complete = run_experiments(todo, make_bench(o), o.out, key, jobs, hooks);
+  progress.clear();
+
+  const std::vector<Part> parts = finished_parts(o.out, key);
+  std::vector<std::string> warnings = failed;
+  if (!complete)
+    warnings.emplace_back("This call was interrupted: what it had finished is here, the same call goes on from there.");
+  if (o.data.empty()) warnings.emplace_back("Without recorded drives (--data DIR): what needs them is left out.");
+  write_results(o.out, parts);
+  write_report(o.out, parts, warnings);
+  say(fmt::format("{} of {} experiments are in {}", parts.size(), experiments().size(),
+                  (fs::path(o.out) / "report.html").string()));
+  if (!complete) throw Refusal("interrupted; the same call goes on from here");
+  if (!failed.empty()) throw Refusal(fmt::format("{} of {} experiments failed", failed.size(), todo.size()));
+  return 0;
+}
+
+}  // namespace
+}  // namespace slipstream
+
+int main(int argc, char** argv) {
+  return slipstream::run_main("slipstream-reproduce", [&] { return slipstream::run(argc, argv); });
+}

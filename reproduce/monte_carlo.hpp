@@ -1,0 +1,50 @@
+// What the experiments share: values over seeds, marks, and columns of a result.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "reproduce/bench.hpp"
+#include "reproduce/experiment.hpp"
+
+namespace slipstream {
+
+// values(seed) for the seeds 1 ... bench.seeds, as one column per value. Reports progress as parts first ... first + seeds of
+// total.
+template <typename F>
+std::vector<std::vector<double>> over_seeds(const Bench& bench, int first, int total, const F& values) {
+  std::vector<std::vector<double>> columns;
+  for (int seed = 1; seed <= bench.seeds; ++seed) {
+    bench.progress(first + seed - 1, total);
+    const std::vector<double> v = values(seed);
+    columns.resize(v.size());
+    for (std::size_t i = 0; i < v.size(); ++i) columns[i].push_back(v[i]);
+  }
+  bench.progress(first + bench.seeds, total);
+  return columns;
+}
+
+inline std::string seed_is(int seed) { return fmt::format("run.seed={}", seed); }
+
+inline std::vector<double> absolute(std::vector<double> values) {
+  for (double& v : values) v = std::abs(v);
+  return values;
+}
+
+// Where a column changes its value: the gear changes of a truth.
+inline std::vector<double> changes_s(const std::vector<double>& t_s, const std::vector<double>& value) {
+  std::vector<double> at;
+  for (std::size_t i = 1; i < value.size(); ++i)
+    if (value[i] != value[i - 1]) at.push_back(t_s[i]);
+  return at;
+}
+
+// The two-column table "parameter, value, unit" that the document opens a section with.
+inline Table parameter_table(const std::string& title, const std::vector<std::vector<std::string>>& rows) {
+  return {title, {{"parameter", false}, {"value"}, {"unit", false}}, rows};
+}
+
+}  // namespace slipstream

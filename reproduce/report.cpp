@@ -1,0 +1,185 @@
+// report.html: every item of the document under its own number, ours beside what was published. One page without external
+// assets.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "monitor/gnuplot.hpp"
+#include "monitor/page.hpp"
+#include "monitor/results.hpp"
+#include "monitor/text.hpp"
+#include "reproduce/files.hpp"
+
+namespace slipstream {
+namespace {
+
+// "Fig. 16" before "Fig. 17", and a figure before a table of the same number.
+std::pair<int, std::string> order_of(const std::string& item) {
+  const std::size_t digit = item.find_first_of("0123456789");
+  return {digit == std::string::npos ? 1000 : std::atoi(item.c_str() + digit), item};
+}
+
+std::string first_word(const std::string& verdict) { return verdict.substr(0, verdict.find_first_of(" ,")); }
+
+std::string spread_text(const Row& r) {
+  return r.spread ? fmt::format("{} to {}", number_text(r.spread->low), number_text(r.spread->high)) : "-";
+}
+
+Table rows_table(const std::vector<Row>& rows, bool with_item) {
+  Table table{
+      "", {{"quantity", false}, {"unit", false}, {"published"}, {"ours"}, {"spread"}, {"runs"}, {"verdict", false}}, {}};
+  if (with_item) table.columns.insert(table.columns.begin(), {"item", false});
+  for (const Row& r : rows) {
+    std::vector<std::string> cells{r.quantity,
+                                   r.unit.empty() ? "-" : r.unit,
+                                   r.published ? number_text(*r.published, 6) : "-",
+                                   number_text(r.ours, 5),
+                                   spread_text(r),
+                                   fmt::format("{}", r.runs),
+                                   r.note.empty() ? r.verdict : r.verdict + ". " + r.note};
+    if (with_item) cells.insert(cells.begin(), r.item);
+    table.rows.push_back(std::move(cells));
+  }
+  return table;
+}
+
+std::string read_text(const std::string& path) {
+  std::ifstream in(path);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+class Page {
+ public:
+  Page(const std::string& out, const std::vector<Part>& parts, const std::vector<std::string>& warnings)
+      : folder_(out), parts_(parts), warnings_(warnings) {}
+
+  std::string html() {
+    html_ = page_head("Document 002, reproduced: Slipstream report");
+    html_ +=
+        "<h1>Document 002, reproduced</h1>\n<p class=\"lead\">L. S. Barros, <i>Estima&ccedil;&atilde;o de estados para "
+        "aplica&ccedil;&otilde;es em controle de ve&iacute;culos militares</i>, Instituto Militar de Engenharia, 2025: every "
+        "figure "
+        "and table of chapters 3 to 7 under its own number, computed by the plant, the estimators and the scores of this "
+        "bench.</p>\n";
+    for (const std::string& w : warnings_) html_ += fmt::format("<p class=\"warning\">{}</p>\n", html_escape(w));
+    summary();
+    std::string chapter;
+    for (const Experiment& e : experiments())
+      for (const Part& part : parts_) {
+        if (part.experiment != e.name) continue;
+        if (e.chapter != chapter) html_ += fmt::format("<h2>{}</h2>\n", html_escape(chapter = e.chapter));
+        section(e, part);
+      }
+    return html_ + "</body>\n</html>\n";
+  }
+
+ private:
+  void table(const Table& t) { html_ += "<div class=\"scroll\">" + to_html(t) + "</div>\n"; }
+
+  void summary() {
+    std::map<std::string, int> count;
+    std::vector<Row> worse;
+    double elapsed_s = 0.0;
+    for (const Part& part : parts_) {
+      elapsed_s += part.elapsed_s;
+      for (const Row& row : part.outcome.rows) {
+        ++count[first_word(row.verdict)];
+        if (row.verdict.starts_with("worse") || row.verdict.starts_with("different")) worse.push_back(row);
+      }
+    }
+    html_ += "<h2>Summary</h2>\n";
+    html_ += fmt::format(
+        "<p>{} published values: {} better, {} equal within spread, {} worse, {} met differently. {} further values of "
+        "ours have no published counterpart. {:.0f} s of computing.</p>\n",
+        count["better"] + count["equal"] + count["worse"] + count["different"], count["better"], count["equal"], count["worse"],
+        count["different"], count["no"], elapsed_s);
+    html_ +=
+        "<p>Ours is the median over the runs (seeds 1, 2, ...), the spread their 5th to 95th percentile. "
+        "<b>better</b>: the published value lies outside the spread, on the worse side. <b>equal within spread</b>: inside it, "
+        "or the median agrees to the printed digit. Times are wall-clock times of this machine under load.</p>\n";
+    if (!worse.empty()) {
+      html_ += "<p>Where ours is worse or different:</p>\n";
+      table(rows_table(worse, true));
+    }
+    html_ += "<p>Contents: ";
+    for (const Experiment& e : experiments())
+      for (const Part& part : parts_)
+        if (part.experiment == e.name)
+          html_ += fmt::format("<a href=\"#{}\">{}</a> &middot; ", html_escape(e.name), html_escape(e.title));
+    html_ += "<a href=\"#missing\">what is not here</a></p>\n";
+    missing();
+  }
+
+  void missing() {
+    std::string names;
+    for (const Experiment& e : experiments())
+      if (std::none_of(parts_.begin(), parts_.end(), [&](const Part& p) { return p.experiment == e.name; }))
+        names += (names.empty() ? "" : ", ") + e.name;
+    html_ += fmt::format(
+        "<p id=\"missing\">{}Figures 2 to 4, 14, 15 and 36 of the document are drawings and photographs; "
+        "Table 2 is the algorithm in <code>estimators/particle_filter.hpp</code>.</p>\n",
+        names.empty() ? "" : "Not run: " + html_escape(names) + ". ");
+  }
+
+  void section(const Experiment& e, const Part& part) {
+    html_ += fmt::format("<h3 id=\"{}\">{}</h3>\n", html_escape(e.name), html_escape(e.title));
+    for (const std::string& note : part.outcome.notes) html_ += fmt::format("<p>{}</p>\n", html_escape(note));
+    std::map<std::pair<int, std::string>, std::string> items;  // in order
+    const auto& o = part.outcome;
+    for (const Picture& p : o.figures) items.emplace(order_of(p.item), p.item);
+    for (const TableItem& t : o.tables) items.emplace(order_of(t.item), t.item);
+    for (const Row& r : o.rows) items.emplace(order_of(r.item), r.item);
+    for (const bool figures : {true, false})
+      for (const auto& [order, name] : items)
+        if (name.starts_with("Fig") == figures) item(o, name);
+  }
+
+  void item(const Outcome& o, const std::string& name) {
+    const std::string id = file_stem(name);
+    for (const Picture& p : o.figures) {
+      if (p.item != name) continue;
+      const std::string svg = p.svg.empty() ? "" : read_text((std::filesystem::path(folder_) / "figures" / p.svg).string());
+      const std::string picture =
+          svg.empty() ? fmt::format("<p class=\"warning\">This figure could not be drawn: {}</p>", html_escape(p.error))
+                      : inline_svg(svg, id + "-", p.title + ". " + p.caption);
+      html_ += page_figure(id, picture, fmt::format("{} {}.", name, p.title), p.caption);
+    }
+    bool headed = false;
+    for (const TableItem& t : o.tables) {
+      if (t.item != name) continue;
+      Table titled = t.table;
+      titled.title = fmt::format("{}. {}", name, t.table.title);
+      html_ += fmt::format("<div id=\"{}\">", id);
+      table(titled);
+      html_ += "</div>\n";
+      if (!t.caption.empty()) html_ += fmt::format("<p>{}</p>\n", html_escape(t.caption));
+      headed = true;
+    }
+    std::vector<Row> rows;
+    for (const Row& r : o.rows)
+      if (r.item == name) rows.push_back(r);
+    if (rows.empty()) return;
+    Table t = rows_table(rows, false);
+    t.title = headed || name.starts_with("Fig") ? name + ", beside the document" : name;
+    table(t);
+  }
+
+  std::string folder_;
+  const std::vector<Part>& parts_;
+  const std::vector<std::string>& warnings_;
+  std::string html_;
+};
+
+}  // namespace
+
+void write_report(const std::string& out, const std::vector<Part>& parts, const std::vector<std::string>& warnings) {
+  write_file((std::filesystem::path(out) / "report.html").string(), Page(out, parts, warnings).html());
+}
+
+}  // namespace slipstream
