@@ -148,7 +148,7 @@ class Page {
       const std::string picture =
           svg.empty() ? fmt::format("<p class=\"warning\">This figure could not be drawn: {}</p>", html_escape(p.error))
                       : inline_svg(svg, id + "-", p.title + ". " + p.caption);
-      html_ += page_figure(id, picture, fmt::format("{} {}.", name, p.title), p.caption);
+      html_ += page_figure(id, picture, fmt::format("{}. {}.", name, p.title), p.caption);
     }
     bool headed = false;
     for (const TableItem& t : o.tables) {

@@ -1,0 +1,155 @@
+// Parts, results and the runner, with experiments of our own.
+#include "reproduce/runner.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "reproduce/files.hpp"
+#include "tests/io/temporary_folder.hpp"
+
+namespace slipstream {
+namespace {
+
+void good(const Bench& bench, Outcome& o) {
+  bench.progress(1, 2);
+  o.rows.push_back(judged("Table 7", "R2, \"quoted\"", "", Printed("0.5"), Aim::kHigh, {0.9, 0.8}, ""));
+  o.rows.push_back(reported("Fig. 5", "nothing", "s", {}));
+  o.tables.push_back({"Table 7", "a caption", {"title", {{"text", false}, {"number"}}, {{"a, b", "1"}, {"c \"d\"", "2"}}}});
+  o.figures.push_back(
+      Sketch("Fig. 5", "a line", 1.0).panel("y", 100).line("s", {0.0, 1.0}, {2.0, 3.0}, line_of(0)).finish("c"));
+  o.notes.emplace_back("a note");
+}
+void throwing(const Bench&, Outcome&) { throw std::runtime_error("on\npurpose"); }
+void dying(const Bench&, Outcome&) { std::raise(SIGKILL); }
+void endless(const Bench&, Outcome&) {
+  for (;;) ::pause();
+}
+
+Experiment named(const char* name, void (*run)(const Bench&, Outcome&), double minutes = 1.0) {
+  return {name, "chapter", "title", {}, minutes, run};
+}
+
+struct Finished {
+  std::map<std::string, std::string> error;
+  std::vector<std::string> order;
+  int most_running = 0;
+  bool interrupt = false;
+  RunnerHooks hooks() {
+    RunnerHooks h;
+    h.interrupted = [this] { return interrupt; };
+    h.progress = [this](const auto& running, std::size_t, std::size_t) {
+      most_running = std::max(most_running, static_cast<int>(running.size()));
+    };
+    h.finished = [this](const std::string& name, const std::string& e, double) {
+      error[name] = e;
+      order.push_back(name);
+    };
+    return h;
+  }
+};
+
+TEST(Runner, WhatIsFinishedIsReadBackAsItWas) {
+  const TemporaryFolder folder;
+  prepare_output(folder.path());
+  const Experiment e = named("good", good);
+  Finished f;
+  ASSERT_TRUE(run_experiments({&e}, {}, folder.path(), "key", 1, f.hooks()));
+  EXPECT_EQ(f.error.at("good"), "");
+  const std::optional<Part> part = read_part(folder.path(), "good", "key");
+  ASSERT_TRUE(part);
+  Outcome original;
+  Bench quiet;
+  quiet.progress = [](int, int) {};
+  good(quiet, original);
+  ASSERT_EQ(part->outcome.rows.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(part->outcome.rows[i].verdict, original.rows[i].verdict);
+    EXPECT_EQ(part->outcome.rows[i].quantity, original.rows[i].quantity);
+    EXPECT_EQ(part->outcome.rows[i].published, original.rows[i].published);
+  }
+  EXPECT_EQ(part->outcome.rows[0].ours, original.rows[0].ours);
+  EXPECT_EQ(part->outcome.rows[0].spread->high, 0.9);
+  EXPECT_TRUE(std::isnan(part->outcome.rows[1].ours));
+  ASSERT_EQ(part->outcome.tables.size(), 1U);
+  EXPECT_EQ(part->outcome.tables[0].table.rows, original.tables[0].table.rows);
+  EXPECT_EQ(part->outcome.notes, original.notes);
+
+  std::ifstream csv(folder.path("tables/table_7.csv"));
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(csv), {}), "text,number\n\"a, b\",1\n\"c \"\"d\"\"\",2\n");
+  std::ifstream series(folder.path("figures/fig_5.csv"));
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(series), {}), "panel,series,x,y,low,high\ny,s,0,2,,\ny,s,1,3,,\n");
+
+  write_results(folder.path(), {*part});
+  std::ifstream file(folder.path("results.json"));
+  const nlohmann::json results = nlohmann::json::parse(file);
+  ASSERT_EQ(results.size(), 2U);
+  for (const char* key : {"document", "item", "quantity", "unit", "published", "ours", "spread", "verdict", "note"})
+    EXPECT_TRUE(results[0].contains(key)) << key;
+  EXPECT_EQ(results[0]["document"], "002");
+  EXPECT_EQ(results[0]["published"], 0.5);
+  EXPECT_TRUE(results[1]["ours"].is_null());  // JSON has no NaN
+}
+
+TEST(Runner, APartOfAnotherKeyOrFormIsNotUsed) {
+  const TemporaryFolder folder;
+  prepare_output(folder.path());
+  write_part(folder.path(), {"x", "key", 1.0, {}});
+  EXPECT_TRUE(read_part(folder.path(), "x", "key"));
+  EXPECT_FALSE(read_part(folder.path(), "x", "other"));
+  EXPECT_FALSE(read_part(folder.path(), "y", "key"));
+  for (const char* text :
+       {"", "{", "[]", "{\"key\": \"key\", \"experiment\": \"x\"}",
+        "{\"key\":\"key\",\"experiment\":\"x\",\"elapsed_s\":1,\"rows\":[{}],\"tables\":[],\"figures\":[]}"}) {
+    folder.write("parts/x.json", text);
+    EXPECT_FALSE(read_part(folder.path(), "x", "key")) << text;
+  }
+}
+
+TEST(Runner, OneThatFailsTakesNothingElseDown) {
+  const TemporaryFolder folder;
+  prepare_output(folder.path());
+  const Experiment all[] = {named("throwing", throwing), named("good", good), named("dying", dying)};
+  Finished f;
+  EXPECT_TRUE(run_experiments({&all[0], &all[1], &all[2]}, {}, folder.path(), "key", 2, f.hooks()));
+  EXPECT_EQ(f.error.at("throwing"), "on purpose");
+  EXPECT_EQ(f.error.at("dying"), "was ended by signal 9");
+  EXPECT_EQ(f.error.at("good"), "");
+  EXPECT_FALSE(read_part(folder.path(), "throwing", "key"));
+  EXPECT_LE(f.most_running, 2);
+}
+
+TEST(Runner, TheLongestStartsFirst) {
+  const TemporaryFolder folder;
+  prepare_output(folder.path());
+  const Experiment all[] = {named("short", good, 0.1), named("long", good, 5.0), named("middle", good, 1.0)};
+  Finished f;
+  EXPECT_TRUE(run_experiments({&all[0], &all[1], &all[2]}, {}, folder.path(), "key", 1, f.hooks()));
+  EXPECT_EQ(f.order, (std::vector<std::string>{"long", "middle", "short"}));
+}
+
+TEST(Runner, AnInterruptionEndsThemAtOnceAndKeepsWhatIsFinished) {
+  const TemporaryFolder folder;
+  prepare_output(folder.path());
+  const Experiment all[] = {named("good", good, 9.0), named("endless", endless)};
+  Finished f;
+  RunnerHooks hooks = f.hooks();
+  hooks.interrupted = [&f] { return f.error.contains("good"); };
+  EXPECT_FALSE(run_experiments({&all[0], &all[1]}, {}, folder.path(), "key", 2, hooks));
+  EXPECT_TRUE(read_part(folder.path(), "good", "key"));
+  EXPECT_FALSE(read_part(folder.path(), "endless", "key"));
+}
+
+TEST(Runner, AFolderThatCannotBeMadeIsRefused) {
+  EXPECT_EQ(refusal_of([] { prepare_output("/proc/nowhere"); }), "--out: cannot make the folder /proc/nowhere/");
+}
+
+}  // namespace
+}  // namespace slipstream

@@ -1,0 +1,86 @@
+// slipstream-reproduce as a user meets it: refusals, the list, a named experiment, an interruption and going on.
+#include <gtest/gtest.h>
+
+#include "tests/system/doors.hpp"
+
+namespace slipstream::test {
+namespace {
+
+const std::string kScenarios = std::string(SLIPSTREAM_SOURCE_DIR) + "/scenarios";
+const Arguments kThere{"--scenarios", kScenarios};
+
+Process reproduce(Bench& bench, const Arguments& more) {
+  return bench.run(Arguments{Bench::program("reproduce")} + kThere + more);
+}
+
+TEST(Reproduce, Refusals) {
+  Bench bench;
+  struct {
+    Arguments arguments;
+    const char* line;
+  } const doors[] = {
+      {{"drivetrian"},
+       "no experiment 'drivetrian'; did you mean 'drivetrain'?; --list names them with their figures and tables"},
+      {{"tyre", "--data", "nowhere"}, "--data: no such folder: nowhere"},
+      {{"tyre", "--scenarios", "nowhere"}, "--scenarios: given twice"},
+      {{"tyre", "--seeds", "0"}, "--seeds: found 0, expected a whole number from 1 to 10000"},
+      {{"tyre", "--seeds", "2.5"}, "--seeds: found 2.5, expected a whole number from 1 to 10000"},
+      {{"tyre", "--jobs", "-1"}, "--jobs: found -1, expected a whole number from 1 to 1024"},
+      {{"tyre", "--out", "/proc/nowhere"}, "--out: cannot make the folder /proc/nowhere/"},
+      {{"tyre", "--uot", "x"}, "unknown option '--uot'; did you mean '--out'?"},
+  };
+  for (const auto& door : doors) expect_refused(bench, "reproduce", kThere + door.arguments, door.line);
+  expect_refused(bench, "reproduce", {"tyre", "--scenarios", "nowhere"}, "--scenarios: no such folder: nowhere");
+}
+
+TEST(Reproduce, TheListNamesEveryExperimentWithItsItems) {
+  Bench bench;
+  Process p = reproduce(bench, {"--list"});
+  expect_success(p);
+  for (const char* text : {"tyre", "Fig. 1, Table 1", "drivetrain", "Table 16"}) EXPECT_TRUE(p.said(text)) << text;
+}
+
+TEST(Reproduce, AFigureByItsNumberAndASecondCallThatHasNothingToDo) {
+  Bench bench;
+  Process first = reproduce(bench, {"fig_1", "--out", bench.path("out")});
+  expect_success(first);
+  EXPECT_TRUE(first.said("tyre begins"));  // at once, not only at the end
+  EXPECT_TRUE(first.said("tyre finished in "));
+  for (const char* file : {"report.html", "results.json", "figures/fig_1.svg", "figures/fig_1.csv", "tables/table_1.csv"})
+    EXPECT_TRUE(std::filesystem::exists(bench.path(std::string("out/") + file))) << file;
+  const std::string page = text_of(bench.path("out/report.html"));
+  EXPECT_NE(page.find("<b>Fig. 1. Friction on different surfaces.</b>"), std::string::npos);
+  EXPECT_EQ(page.find("http://"), page.find("http://www.w3.org"));  // names of XML, no address
+  EXPECT_EQ(page.find("src="), std::string::npos);
+
+  Process second = reproduce(bench, {"tyre", "--out", bench.path("out")});
+  expect_success(second);
+  EXPECT_TRUE(second.said("1 of 1 experiments are finished already"));
+  EXPECT_FALSE(second.said("tyre begins"));
+  EXPECT_EQ(text_of(bench.path("out/report.html")), page);
+}
+
+// What was finished before the interruption stays, and is in the report; the same call goes on from there.
+TEST(Reproduce, AnInterruptedCallGoesOn) {
+  Bench bench;
+  const Arguments call{"drivetrain", "unimog", "--seeds", "500", "--jobs", "2", "--out", bench.path("out")};
+  Process p = reproduce(bench, call);
+  const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(50);
+  while (!p.said("drivetrain finished") && std::chrono::steady_clock::now() < limit)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  p.signal(SIGINT);
+  EXPECT_EQ(p.wait(), 1);
+  EXPECT_EQ(p.err(), "slipstream-reproduce: interrupted; the same call goes on from here\n");
+  EXPECT_NE(text_of(bench.path("out/report.html")).find("This call was interrupted"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::exists(bench.path("out/parts/drivetrain.json")));
+  EXPECT_FALSE(std::filesystem::exists(bench.path("out/parts/unimog.json")));
+  Process again = reproduce(bench, call);
+  while (!again.said("unimog begins") && std::chrono::steady_clock::now() < limit + std::chrono::seconds(10))
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_TRUE(again.said("1 of 2 experiments are finished already"));
+  EXPECT_FALSE(again.said("drivetrain begins"));
+  again.kill();
+}
+
+}  // namespace
+}  // namespace slipstream::test
