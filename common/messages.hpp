@@ -39,7 +39,7 @@ struct Truth {
 enum class EstimateStatus : std::int8_t {
   kValid = 0,
   kInitialising = 1,  // no measurement yet that fixes the start
-  kFallback = 2,      // the solver did not converge; the estimate is the stated fallback's
+  kFallback = 2,      // the solver did not converge, or the particles collapsed; the estimate is the stated fallback's
   kInvalid = 3,       // not finite, or the covariance is not positive: do not use
 };
 
@@ -63,6 +63,8 @@ struct Estimate {
   EstimateStatus status = EstimateStatus::kInitialising;
   std::vector<double> mean;                   // n
   std::vector<double> covariance;             // n x n, row-major
+  std::vector<double> interval_low;           // n: 99 % credible interval of each state; or empty, where the algorithm
+  std::vector<double> interval_high;          // gives none
   std::vector<std::string> innovation_of;     // m quantities measured in this step
   std::vector<double> innovation;             // m: measurement minus prediction
   std::vector<double> innovation_covariance;  // m x m, row-major

@@ -33,6 +33,9 @@ struct Posterior {
   std::span<const double> covariance;             // n x n
   std::span<const double> innovation;             // one per model output; zero where not measured
   std::span<const double> innovation_covariance;  // outputs x outputs; valid between measured ones
+  // n each: the 99 % credible interval of each state; empty where the algorithm gives none but the covariance's.
+  std::span<const double> interval_low{};
+  std::span<const double> interval_high{};
 };
 
 struct ModelNames {

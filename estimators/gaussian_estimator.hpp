@@ -29,7 +29,7 @@ class GaussianEstimator : public Estimator {
     return true;
   }
 
-  Posterior posterior() const final {
+  Posterior posterior() const override {
     return {status_,
             {estimate_.mean.data(), M::kStates},
             {estimate_.covariance.data(), M::kStates * M::kStates},  // symmetric: column-major is row-major

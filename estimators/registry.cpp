@@ -10,6 +10,7 @@ namespace slipstream {
 // Each is defined in the .cpp of its name.
 std::unique_ptr<Estimator> make_ekf(const Scenario& scenario, const Tuning& tuning);
 std::unique_ptr<Estimator> make_mhe(const Scenario& scenario, const Tuning& tuning);
+std::unique_ptr<Estimator> make_pf(const Scenario& scenario, const Tuning& tuning);
 
 namespace {
 
@@ -21,6 +22,7 @@ struct Entry {
 constexpr Entry kAlgorithms[] = {
     {"ekf", make_ekf},
     {"mhe", make_mhe},
+    {"pf", make_pf},
 };
 
 }  // namespace

@@ -150,6 +150,8 @@ void EstimatorSession::publish(std::uint32_t measured, double step_time_us) {
   m.innovation_of.clear();
   m.innovation.clear();
   m.innovation_covariance.clear();
+  m.interval_low.clear();
+  m.interval_high.clear();
   if (!started_) {
     m.mean.assign(names.states.size(), 0.0);
     m.covariance.assign(names.states.size() * names.states.size(), 0.0);
@@ -158,6 +160,8 @@ void EstimatorSession::publish(std::uint32_t measured, double step_time_us) {
   }
   m.mean.assign(p.mean.begin(), p.mean.end());
   m.covariance.assign(p.covariance.begin(), p.covariance.end());
+  m.interval_low.assign(p.interval_low.begin(), p.interval_low.end());
+  m.interval_high.assign(p.interval_high.begin(), p.interval_high.end());
   const std::size_t outputs = names.outputs.size();
   for (std::size_t i = 0; i < outputs; ++i) {
     if ((measured >> i & 1U) == 0U) continue;

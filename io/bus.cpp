@@ -107,7 +107,7 @@ struct Bus::Impl {
     if (channel == "PROGRESS") return checked_as<slipstream::progress>(data, size, "qqqs", handlers.progress);
     if (channel == "CONTROL") return checked_as<slipstream::control>(data, size, "qqqb", handlers.control);
     if (channel.rfind(kEstimatePrefix, 0) == 0)
-      return checked_as<slipstream::estimate>(data, size, "qqqsbnDMnSDMdqq", handlers.estimate);
+      return checked_as<slipstream::estimate>(data, size, "qqqsbnDMnDDnSDMdqq", handlers.estimate);
     if (!handlers.reading) return {};
     for (const ScalarChannel& s : kScalarChannels) {
       if (channel != s.channel) continue;

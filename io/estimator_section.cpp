@@ -75,7 +75,7 @@ ModelNames model_names(const Scenario& scenario) {
 void read_tuning(TomlTable& t, Tuning& tuning, const ModelNames& names, const AnyProcess& process) {
   using Names = std::vector<std::string>;
   t.only({"measurement_noise", "measurement_variance", "process_noise", "process_variance", "start", "initial_mean",
-          "initial_variance", "mhe_form", "mhe_window", "arrival_weight", "measurement_weight", "model"});
+          "initial_variance", "mhe_form", "mhe_window", "arrival_weight", "measurement_weight", "pf_particles", "pf_resample_below", "model"});
   t.choice("measurement_noise", tuning.measurement_noise, {"sensors", "given"});
   t.numbers("measurement_variance", tuning.measurement_variance, names.outputs,
             tuning.measurement_noise == "given" ? names.measured : Names{}, positive());
@@ -93,6 +93,9 @@ void read_tuning(TomlTable& t, Tuning& tuning, const ModelNames& names, const An
   t.integer("mhe_window", tuning.mhe_window, 1, 1000);
   t.numbers("arrival_weight", tuning.arrival_weight, names.states, single ? names.states : Names{}, non_negative());
   t.numbers("measurement_weight", tuning.measurement_weight, names.outputs, single ? names.measured : Names{}, non_negative());
+
+  t.integer("pf_particles", tuning.pf_particles, 1, 1000000);
+  t.number("pf_resample_below", tuning.pf_resample_below, {0.0, 1.0, true});
 
   if (!t.has("model")) return;
   tuning.process = process;

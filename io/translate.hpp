@@ -111,6 +111,9 @@ inline slipstream::estimate to_wire(const Estimate& e) {
   m.n = static_cast<std::int32_t>(e.mean.size());
   m.mean = e.mean;
   m.covariance = rows_of(e.covariance, e.mean.size());
+  m.n_interval = static_cast<std::int32_t>(e.interval_low.size());
+  m.interval_low = e.interval_low;
+  m.interval_high = e.interval_high;
   m.m = static_cast<std::int32_t>(e.innovation.size());
   m.innovation_of = e.innovation_of;
   m.innovation = e.innovation;
@@ -124,11 +127,14 @@ inline Estimate from_wire(const slipstream::estimate& m) {
   require_participant(m.name);
   require(m.status >= 0 && m.status <= 3, "the status is unknown");
   require_quantities(m.innovation_of);
+  require(m.n_interval == 0 || m.n_interval == m.n, "the interval's size is neither 0 nor that of the mean");
   require(
       m.messages_lost >= 0 && m.messages_lost <= kMaxCounter && m.messages_rejected >= 0 && m.messages_rejected <= kMaxCounter,
       "a counter is out of range");
-  return {header_of(m),       m.name,       static_cast<EstimateStatus>(m.status), m.mean,         flat(m.covariance),
-          m.innovation_of,    m.innovation, flat(m.innovation_covariance),         m.step_time_us, m.messages_lost,
+  return {header_of(m),     m.name,          static_cast<EstimateStatus>(m.status),
+          m.mean,           flat(m.covariance), m.interval_low,
+          m.interval_high,  m.innovation_of, m.innovation,
+          flat(m.innovation_covariance), m.step_time_us, m.messages_lost,
           m.messages_rejected};
 }
 

@@ -81,6 +81,10 @@ struct Tuning {
   int mhe_window = 4;                                // N: intervals, so N + 1 samples
   std::map<std::string, double> arrival_weight;      // S, single shooting
   std::map<std::string, double> measurement_weight;  // V, single shooting
+
+  // Particle filter
+  int pf_particles = 1000;         // N
+  double pf_resample_below = 0.5;  // resample when the effective number of particles is below this fraction of N; 1: always
 };
 
 struct EstimatorConfig {

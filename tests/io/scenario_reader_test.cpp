@@ -121,7 +121,7 @@ std::string bits_of(const Scenario& s) {
   for (const auto& [name, t] : s.estimator.tunings) {
     b.put(name), b.put(t.measurement_noise), b.put(t.measurement_variance), b.put(t.process_noise), b.put(t.process_variance);
     b.put(t.initial_mean), b.put(t.initial_variance), b.put(t.start), b.put(t.mhe_form), b.put(std::to_string(t.mhe_window));
-    b.put(t.arrival_weight), b.put(t.measurement_weight);
+    b.put(t.arrival_weight), b.put(t.measurement_weight), b.put(std::to_string(t.pf_particles)), b.put(t.pf_resample_below);
     if (t.process) std::visit([&](const auto& p) { p.visit_parameters(p, b); }, *t.process);
   }
   return b.text;
@@ -304,6 +304,14 @@ TEST(ScenarioReader, RefusesValuesOutOfRange) {
             "s.toml:8:10: estimator.tuning: found \"matchd\", expected \"matched\"");
   EXPECT_EQ(refused_with("[tuning.matched]", "[tuning.matched]\nmhe_window = 0"),
             "s.toml:13:14: tuning.matched.mhe_window: found 0, expected a whole number from 1 to 1000");
+  for (const char* particles : {"0", "1000001"})
+    EXPECT_EQ(refused_with("[tuning.matched]", std::string("[tuning.matched]\npf_particles = ") + particles),
+              std::string("s.toml:13:16: tuning.matched.pf_particles: found ") + particles +
+                  ", expected a whole number from 1 to 1000000");
+  for (const char* fraction : {"0", "1.5"})
+    EXPECT_EQ(refused_with("[tuning.matched]", std::string("[tuning.matched]\npf_resample_below = ") + fraction),
+              std::string("s.toml:13:21: tuning.matched.pf_resample_below: found ") + fraction +
+                  ", expected a number greater than 0 and at most 1");
 }
 
 TEST(ScenarioReader, RefusesWhatIsMissing) {

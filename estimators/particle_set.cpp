@@ -1,0 +1,83 @@
+#include "estimators/particle_set.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "common/batch_math.hpp"
+
+namespace slipstream {
+
+double normalise(std::span<double> log_weight, std::span<double> weight) {
+  const std::size_t n = log_weight.size();
+  double* const l = log_weight.data();
+  double* const w = weight.data();
+  double greatest = -std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < n; ++i) greatest = l[i] > greatest ? l[i] : greatest;
+  if (!std::isfinite(greatest)) return 0.0;
+  for (std::size_t i = 0; i < n; ++i) w[i] = batch::exp(l[i] - greatest);
+  const double sum = lane_sum(n, [&](std::size_t i) { return w[i]; });
+  const double scale = 1.0 / sum, constant = greatest + std::log(sum);
+  for (std::size_t i = 0; i < n; ++i) {
+    w[i] *= scale;
+    l[i] -= constant;
+  }
+  return 1.0 / lane_sum(n, [&](std::size_t i) { return w[i] * w[i]; });
+}
+
+void resample_systematic(std::span<const double> weight, double u, std::span<std::int32_t> ancestor) {
+  const auto n = static_cast<std::int32_t>(weight.size());
+  std::fill(ancestor.begin(), ancestor.end(), 0);
+  // Each particle leaves its mark where its offspring begin; those without offspring are overwritten by the next.
+  double cumulated = 0.0;
+  std::int32_t begin = 0;
+  for (std::int32_t i = 0; i < n; ++i) {
+    ancestor[static_cast<std::size_t>(begin)] = i;
+    cumulated += weight[static_cast<std::size_t>(i)];
+    begin = std::min(static_cast<std::int32_t>(cumulated * n + (1.0 - u)), n);
+  }
+  std::int32_t newest = 0;
+  for (std::int32_t& a : ancestor) a = newest = std::max(newest, a);
+}
+
+IntervalFinder::IntervalFinder(std::size_t most_particles)
+    : bucket_of_(most_particles), bucket_weight_(kBuckets), candidates_(most_particles) {}
+
+std::pair<double, double> IntervalFinder::find(std::span<const double> x, std::span<const double> weight, double mean,
+                                               double sigma, double tail) {
+  constexpr double kReach = 4.0;
+  if (!(sigma > 0.0)) return {mean, mean};
+  const std::size_t n = x.size();
+  const double lowest = mean - kReach * sigma, scale = kBuckets / (2.0 * kReach * sigma);
+  for (std::size_t i = 0; i < n; ++i) {
+    double at = (x[i] - lowest) * scale;
+    at = at > 0.0 ? at : 0.0;
+    at = at < kBuckets - 1.0 ? at : kBuckets - 1.0;
+    bucket_of_[i] = static_cast<std::int32_t>(at);
+  }
+  std::fill(bucket_weight_.begin(), bucket_weight_.end(), 0.0);
+  for (std::size_t i = 0; i < n; ++i) bucket_weight_[static_cast<std::size_t>(bucket_of_[i])] += weight[i];
+  std::int32_t low = 0, high = kBuckets - 1;
+  double below = 0.0, above = 0.0;
+  while (low < kBuckets - 1 && below + bucket_weight_[static_cast<std::size_t>(low)] < tail)
+    below += bucket_weight_[static_cast<std::size_t>(low++)];
+  while (high > 0 && above + bucket_weight_[static_cast<std::size_t>(high)] < tail)
+    above += bucket_weight_[static_cast<std::size_t>(high--)];
+  return {pick(x, weight, low, below, tail, true), pick(x, weight, high, above, tail, false)};
+}
+
+double IntervalFinder::pick(std::span<const double> x, std::span<const double> weight, std::int32_t bucket, double passed,
+                            double tail, bool from_below) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (bucket_of_[i] != bucket || weight[i] == 0.0) continue;
+    candidates_[count++] = {x[i], weight[i]};
+  }
+  const auto end = candidates_.begin() + static_cast<std::ptrdiff_t>(count);
+  std::sort(candidates_.begin(), end, [&](const auto& a, const auto& b) { return from_below ? a < b : b < a; });
+  std::size_t at = 0;
+  while (at + 1 < count && (passed += candidates_[at].second) < tail) ++at;
+  return candidates_[at].first;
+}
+
+}  // namespace slipstream
