@@ -17,6 +17,7 @@ namespace {
 constexpr Range kRate{0.0, 1e4, true};  // Hz; so a period is at least 100 us, rounded to whole microseconds
 constexpr Range kWallTime{0.0, 86400.0, true};
 constexpr double kLongestRun_s = 1e6;
+constexpr double kLongestDelay_s = 10.0;
 constexpr std::int64_t kLargestSeed = std::int64_t{1} << 53;  // whole numbers that every TOML and JSON reader keeps exactly
 constexpr int kDeepestBase = 8;
 
@@ -63,12 +64,27 @@ void read_vehicle(TomlTable& t, AnyVehicle& vehicle, const std::string& source) 
   }
 }
 
-void read_sensors(TomlTable& t, std::vector<SensorConfig>& sensors) {
+// Errors that the plant adds; a recorded drive has its own, so there they may only be spelt out as none.
+void read_sensor_errors(TomlTable& t, const SensorType& type, SensorErrors& errors, bool recorded) {
+  const std::string bias = type.key("bias"), quantum = type.key("quantum");
+  t.number("scale", errors.scale, Range{0.0, 1e3, true});
+  t.number(bias, errors.bias, between(-1e9, 1e9));
+  t.number(quantum, errors.quantum, between(0.0, 1e9));
+  t.number("delay_s", errors.delay_s, between(0.0, kLongestDelay_s));
+  if (!recorded) return;
+  const std::string reason = "only a simulated sensor can have one; a recorded drive has the errors of its own sensors";
+  if (errors.scale != 1.0) t.refuse("scale", reason);
+  if (errors.bias != 0.0) t.refuse(bias, reason);
+  if (errors.quantum != 0.0) t.refuse(quantum, reason);
+  if (errors.delay_s != 0.0) t.refuse("delay_s", reason);
+}
+
+void read_sensors(TomlTable& t, std::vector<SensorConfig>& sensors, bool recorded) {
   t.only(sensor_names());
   for (const SensorType& type : kSensorTypes) {
     const std::string name(type.name);
     if (!t.has(name)) continue;
-    SensorConfig sensor{name, std::string(type.quantity.name), 100.0, {}};
+    SensorConfig sensor{name, std::string(type.quantity.name), 100.0, {}, {}};
     t.table(name, [&](TomlTable& s) {
       double noise_percent = 0.0;
       s.require("rate_hz");
@@ -76,6 +92,7 @@ void read_sensors(TomlTable& t, std::vector<SensorConfig>& sensors) {
       s.number("noise_percent", noise_percent, between(0.0, 1000.0));
       s.number(std::string(type.noise_key), sensor.noise.absolute, between(0.0, 1e9));
       sensor.noise.relative = noise_percent / 100.0;
+      read_sensor_errors(s, type, sensor.errors, recorded);
     });
     sensors.push_back(sensor);
   }
@@ -185,7 +202,7 @@ LoadedScenario resolve(const TomlDocument& document, const std::string& source) 
       root.table("plant", [&](TomlTable& t) { read_plant(t, s.plant); });
       root.table("vehicle", [&](TomlTable& t) { read_vehicle(t, s.plant.vehicle, source); });
     }
-    root.table("sensor", [&](TomlTable& t) { read_sensors(t, s.sensors); });
+    root.table("sensor", [&](TomlTable& t) { read_sensors(t, s.sensors, recorded); });
     if (recorded) root.table("recorded", [&](TomlTable& t) { read_recorded(t, s.recorded.emplace(), s.sensors); });
     read_estimator(root, s, kName);
     check_together(root, s);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "models/registry.hpp"
+#include "models/sensors/errors.hpp"
 #include "models/sensors/noise.hpp"
 
 namespace slipstream {
@@ -28,6 +29,7 @@ struct SensorConfig {
   std::string quantity;  // what it measures
   double rate_hz = 100.0;
   NoiseLaw noise;  // a recorded drive's own noise is in its data: there this is what estimators believe
+  SensorErrors errors{};  // of a simulated drive; estimators are not told
 };
 
 struct PlantConfig {

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <limits>
 
 #include "common/random.hpp"
 #include "common/refusal.hpp"
@@ -26,10 +28,22 @@ class Schedule {
 };
 
 struct Sensor {
-  Schedule schedule;
+  struct Sample {
+    Utime published;
+    double value;
+  };
+  Schedule schedule;  // of taking a sample
   std::size_t truth_index;
   NoiseLaw noise;
+  SensorErrors errors;
+  Utime delay;
   RandomStream random;
+  std::deque<Sample> on_the_way{};  // taken, not yet published
+
+  Utime next_published() const { return on_the_way.empty() ? std::numeric_limits<Utime>::max() : on_the_way.front().published; }
+  void take(Utime now, double h) {
+    on_the_way.push_back({now + delay, errors.reading(h, std::sqrt(noise.variance(h)) * random.normal())});
+  }
 };
 
 template <Vehicle V>
@@ -50,6 +64,7 @@ class SimulatedDrive final : public DriveSource {
       if (found == truth_names_.end())
         throw Refusal(fmt::format("sensor.{}: the vehicle '{}' has no '{}' to measure", s.type, V::kName, s.quantity));
       sensors_.push_back({Schedule(s.rate_hz), static_cast<std::size_t>(found - truth_names_.begin()), s.noise,
+                          s.errors, static_cast<Utime>(std::llround(s.errors.delay_s / kSecondsPerUtime)),
                           RandomStream(scenario.run.seed, 0, "sensor." + s.type)});
       quantities_.push_back(s.quantity);
     }
@@ -60,8 +75,16 @@ class SimulatedDrive final : public DriveSource {
   const std::vector<std::string>& truth_units() const override { return truth_units_; }
 
   bool next(DriveEpoch& epoch) override {
+    do {
+      if (!play_instant(epoch)) return false;
+    } while (epoch.readings.empty() && epoch.truth.empty());  // samples were taken whose delay is not over yet
+    return true;
+  }
+
+ private:
+  bool play_instant(DriveEpoch& epoch) {
     Utime now = std::min(input_.next(), truth_.next());
-    for (const Sensor& s : sensors_) now = std::min(now, s.schedule.next());
+    for (const Sensor& s : sensors_) now = std::min({now, s.schedule.next(), s.next_published()});
     if (now > end_) return false;
     simulation_.advance(seconds(now));
     const auto truth = simulation_.vehicle().truth(simulation_.state(), simulation_.mode());
@@ -76,10 +99,13 @@ class SimulatedDrive final : public DriveSource {
     }
     for (std::size_t i = 0; i < sensors_.size(); ++i) {
       Sensor& s = sensors_[i];
-      if (s.schedule.next() != now) continue;
-      s.schedule.pass();
-      const double h = truth[s.truth_index];
-      epoch.readings.push_back({static_cast<int>(V::kInputs.size() + i), h + std::sqrt(s.noise.variance(h)) * s.random.normal()});
+      if (s.schedule.next() == now) {
+        s.schedule.pass();
+        s.take(now, truth[s.truth_index]);
+      }
+      if (s.next_published() != now) continue;
+      epoch.readings.push_back({static_cast<int>(V::kInputs.size() + i), s.on_the_way.front().value});
+      s.on_the_way.pop_front();
     }
     if (truth_.next() == now) {
       truth_.pass();
@@ -88,7 +114,6 @@ class SimulatedDrive final : public DriveSource {
     return true;
   }
 
- private:
   VehicleSimulation<V> simulation_;
   Schedule input_, truth_;
   Utime end_;

@@ -1,6 +1,7 @@
 // A scenario played in process: the same drive, session and scores as the three programs, without a bus.
 #pragma once
 
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -17,17 +18,12 @@ struct Played {
   std::vector<Utime> utime;
   std::vector<std::vector<double>> truth;  // per instant
   std::vector<std::string> truth_names;
+  std::vector<std::vector<double>> readings;  // per instant; NaN where there was none
+  std::vector<std::string> reading_names;
   std::vector<Estimate> estimates;
 
-  std::vector<double> truth_of(const std::string& name) const {
-    for (std::size_t i = 0; i < truth_names.size(); ++i) {
-      if (truth_names[i] != name) continue;
-      std::vector<double> column;
-      for (const auto& row : truth) column.push_back(row[i]);
-      return column;
-    }
-    return {};
-  }
+  std::vector<double> truth_of(const std::string& name) const { return column_of(name, truth_names, truth); }
+  std::vector<double> reading_of(const std::string& name) const { return column_of(name, reading_names, readings); }
   std::vector<double> estimate_of(std::size_t state) const {
     std::vector<double> column;
     for (const Estimate& e : estimates) column.push_back(e.mean[state]);
@@ -43,13 +39,25 @@ struct Played {
     for (const Estimate& e : estimates) count += e.status != EstimateStatus::kValid ? 1U : 0U;
     return count;
   }
+
+ private:
+  static std::vector<double> column_of(const std::string& name, const std::vector<std::string>& names,
+                                       const std::vector<std::vector<double>>& rows) {
+    std::vector<double> column;
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (names[i] == name)
+        for (const auto& row : rows) column.push_back(row[i]);
+    return column;
+  }
 };
 
-// Truth and measurements must have the same rate, as in the shipped Unimog scenarios.
+// Truth and measurements must have the same rate, as in the shipped simulated scenarios. An instant without an estimate, while the
+// first measurement is still on its way, is not scored.
 inline Played play(const Scenario& scenario, const std::string& algorithm, const std::string& tuning) {
   Played played;
   const auto drive = make_simulated_drive(scenario);
   played.truth_names = drive->truth_names();
+  played.reading_names = drive->quantities();
   EstimatorSession session("test", 1, scenario, scenario.estimator.tunings.at(tuning),
                            make_estimator(algorithm, scenario, tuning),
                            [&](const Estimate& e) { played.estimates.push_back(e); });
@@ -61,6 +69,9 @@ inline Played play(const Scenario& scenario, const std::string& algorithm, const
       session.on_reading({{epoch.utime, seq[channel]++, 1}, drive->quantities()[channel], r.value});
     }
     session.on_tick(epoch.utime);
+    if (played.estimates.size() == played.utime.size()) continue;
+    auto& row = played.readings.emplace_back(played.reading_names.size(), std::numeric_limits<double>::quiet_NaN());
+    for (const NamedValue& r : epoch.readings) row[static_cast<std::size_t>(r.channel)] = r.value;
     played.utime.push_back(epoch.utime);
     played.truth.push_back(epoch.truth);
   }
