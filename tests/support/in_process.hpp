@@ -1,6 +1,8 @@
 // A scenario played in process: the same drive, session and scores as the three programs, without a bus.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <map>
 #include <string>
 #include <vector>
@@ -18,6 +20,7 @@ struct Played {
   std::vector<std::vector<double>> truth;  // per instant
   std::vector<std::string> truth_names;
   std::vector<Estimate> estimates;
+  std::map<std::string, std::vector<double>> readings;  // per quantity: inputs and measurements
 
   std::vector<double> truth_of(const std::string& name) const {
     for (std::size_t i = 0; i < truth_names.size(); ++i) {
@@ -58,13 +61,32 @@ inline Played play(const Scenario& scenario, const std::string& algorithm, const
   while (drive->next(epoch)) {
     for (const NamedValue& r : epoch.readings) {
       const auto channel = static_cast<std::size_t>(r.channel);
-      session.on_reading({{epoch.utime, seq[channel]++, 1}, drive->quantities()[channel], r.value});
+      const std::string& quantity = drive->quantities()[channel];
+      session.on_reading({{epoch.utime, seq[channel]++, 1}, quantity, r.value});
+      played.readings[quantity].push_back(r.value);
     }
     session.on_tick(epoch.utime);
     played.utime.push_back(epoch.utime);
     played.truth.push_back(epoch.truth);
   }
   return played;
+}
+
+// h(x) after each update, one series per output, with the inputs that the estimator had: those of the instant before, which hold
+// until the next.
+template <ProcessModel M>
+std::array<std::vector<double>, M::kOutputs> estimated_outputs(const M& model, const Played& played) {
+  std::array<std::vector<double>, M::kOutputs> series;
+  Vector<double, M::kStates> x;
+  Vector<double, M::kInputs> u;
+  for (std::size_t k = 0; k < played.estimates.size(); ++k) {
+    for (int i = 0; i < M::kStates; ++i) x[i] = played.estimates[k].mean[static_cast<std::size_t>(i)];
+    for (int i = 0; i < M::kInputs; ++i)
+      u[i] = played.readings.at(std::string(M::kInputNames[static_cast<std::size_t>(i)].name))[k == 0 ? 0 : k - 1];
+    const auto z = model.output(x, u);
+    for (int i = 0; i < M::kOutputs; ++i) series[static_cast<std::size_t>(i)].push_back(z[i]);
+  }
+  return series;
 }
 
 inline double median(std::vector<double> values) {
