@@ -3,14 +3,16 @@
 
 #include <variant>
 
+#include "models/processes/lateral_bicycle.hpp"
 #include "models/processes/longitudinal_friction.hpp"
 #include "models/processes/wheel_friction.hpp"
+#include "models/vehicles/bicycle.hpp"
 #include "models/vehicles/torque_car.hpp"
 #include "models/vehicles/unimog.hpp"
 
 namespace slipstream {
 
-using AnyVehicle = std::variant<Unimog, TorqueCar>;
-using AnyProcess = std::variant<LongitudinalFriction, WheelFriction>;
+using AnyVehicle = std::variant<Unimog, TorqueCar, Bicycle>;
+using AnyProcess = std::variant<LongitudinalFriction, WheelFriction, LateralBicycle>;
 
 }  // namespace slipstream

@@ -35,15 +35,20 @@ class Listener {
     track_.mean.resize(track_.states.size());
     track_.sigma.resize(track_.states.size());
     track_.output.resize(track_.outputs.size());
-    input_.assign(inputs_.size(), kNan);
+    next_input_.assign(inputs_.size(), kNan);
   }
 
   void on_reading(const Reading& r) {
     session_.on_reading(r);
     for (std::size_t i = 0; i < inputs_.size(); ++i)
-      if (inputs_[i] == r.quantity) input_[i] = r.value;
+      if (inputs_[i] == r.quantity) next_input_[i] = r.value;
   }
-  void on_tick(Utime utime) { session_.on_tick(utime); }
+  // A step's input is what held since the instant before, and h(x^, u) belongs to that.
+  void on_tick(Utime utime) {
+    if (track_.utime.empty()) input_ = next_input_;
+    session_.on_tick(utime);
+    input_ = next_input_;
+  }
 
   // Truth at the track's instants decides the NEES.
   Track finish(const Played& played) {
@@ -111,7 +116,7 @@ class Listener {
   EstimatorSession session_;
   Track track_;
   std::vector<std::string> inputs_;
-  std::vector<double> input_;
+  std::vector<double> input_, next_input_;
   std::vector<double> covariance_;  // rows of n * n
 };
 

@@ -1,6 +1,8 @@
 // A scenario played in process: the same drive, session and scores as the three programs, without a bus.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <limits>
 #include <map>
 #include <string>
@@ -76,6 +78,24 @@ inline Played play(const Scenario& scenario, const std::string& algorithm, const
     played.truth.push_back(epoch.truth);
   }
   return played;
+}
+
+// h(x) after each update, one series per output, with the inputs that the estimator had: those of the instant before, which hold
+// until the next.
+template <ProcessModel M>
+std::array<std::vector<double>, M::kOutputs> estimated_outputs(const M& model, const Played& played) {
+  std::array<std::vector<double>, M::kOutputs> series;
+  Vector<double, M::kStates> x;
+  Vector<double, M::kInputs> u;
+  std::array<std::vector<double>, M::kInputs> inputs;
+  for (std::size_t i = 0; i < M::kInputs; ++i) inputs[i] = played.reading_of(std::string(M::kInputNames[i].name));
+  for (std::size_t k = 0; k < played.estimates.size(); ++k) {
+    for (int i = 0; i < M::kStates; ++i) x[i] = played.estimates[k].mean[static_cast<std::size_t>(i)];
+    for (int i = 0; i < M::kInputs; ++i) u[i] = inputs[static_cast<std::size_t>(i)][k == 0 ? 0 : k - 1];
+    const auto z = model.output(x, u);
+    for (int i = 0; i < M::kOutputs; ++i) series[static_cast<std::size_t>(i)].push_back(z[i]);
+  }
+  return series;
 }
 
 inline double median(std::vector<double> values) {
