@@ -5,11 +5,12 @@
 
 #include "models/processes/longitudinal_friction.hpp"
 #include "models/processes/wheel_friction.hpp"
+#include "models/vehicles/suspended_wheel.hpp"
 #include "models/vehicles/unimog.hpp"
 
 namespace slipstream {
 
-using AnyVehicle = std::variant<Unimog>;
+using AnyVehicle = std::variant<Unimog, SuspendedWheel>;
 using AnyProcess = std::variant<LongitudinalFriction, WheelFriction>;
 
 }  // namespace slipstream
