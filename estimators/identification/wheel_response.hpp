@@ -35,7 +35,7 @@ class ExactStep {
     const double x = p.friction_nms * h_s / p.inertia_kgm2;
     decay_ = std::exp(-x);
     // (1 - e^-x)/x and (1 - that)/x; below 1e-3 their series, whose next term is 1e-12 / 120 of the first.
-    const bool small = x < 1e-3;
+    const bool small = std::abs(x) < 1e-3;
     const double one = small ? 1.0 - x / 2.0 + x * x / 6.0 - x * x * x / 24.0 : -std::expm1(-x) / x;
     const double two = small ? 0.5 - x / 6.0 + x * x / 24.0 - x * x * x / 120.0 : (1.0 - one) / x;
     from_ = h_s * (one - two) / p.inertia_kgm2;
@@ -49,36 +49,46 @@ class ExactStep {
   double decay_, from_, to_;
 };
 
-inline double runge_kutta_step(const WheelParameters& p, double h_s, double w, double torque_nm, double next_torque_nm) {
-  const double slope = (next_torque_nm - torque_nm) / h_s;
-  const auto f = [&](const Vector<double, 2>& x) {  // speed and torque
-    return Vector<double, 2>((x[1] - p.friction_nms * x[0]) / p.inertia_kgm2, slope);
-  };
-  return rk4_step<double, 2>(f, {w, torque_nm}, h_s)[0];
-}
+class RungeKuttaStep {
+ public:
+  RungeKuttaStep(const WheelParameters& p, double h_s) : h_s_(h_s), rate_(p.friction_nms / p.inertia_kgm2), gain_(1.0 / p.inertia_kgm2) {}
+  double operator()(double w, double torque_nm, double next_torque_nm) const {
+    const double slope = gain_ * (next_torque_nm - torque_nm) / h_s_;
+    const auto f = [&](const Vector<double, 2>& x) { return Vector<double, 2>(x[1] - rate_ * x[0], slope); };  // w, T / J
+    return rk4_step<double, 2>(f, {w, gain_ * torque_nm}, h_s_)[0];
+  }
+
+ private:
+  double h_s_, rate_, gain_;
+};
 
 // w at every sample, rad/s, from w = `start_radps` at the first. torque_nm and utime are of one length, at least 1; utime grows.
 // `speed_radps` gets that length.
-inline void wheel_response(Method method, Hold hold, const WheelParameters& p, std::span<const Utime> utime,
-                           std::span<const double> torque_nm, double start_radps, std::vector<double>& speed_radps) {
+template <typename Step>
+void wheel_response(Hold hold, const WheelParameters& p, std::span<const Utime> utime, std::span<const double> torque_nm,
+                    double start_radps, std::vector<double>& speed_radps) {
   SLIPSTREAM_CHECK(!utime.empty() && utime.size() == torque_nm.size());
   speed_radps.resize(utime.size());
   speed_radps[0] = start_radps;
-  Utime period = 0;  // of `exact`: most series have one only
-  ExactStep exact(p, 0.0);
+  Utime period = 1;  // of `step`: most series have one only
+  Step step(p, seconds(period));
+  double w = start_radps;
   for (std::size_t k = 1; k < utime.size(); ++k) {
-    const double h = seconds(utime[k] - utime[k - 1]);
-    const double next = hold == Hold::kLinear ? torque_nm[k] : torque_nm[k - 1];
-    if (method == Method::kRungeKutta) {
-      speed_radps[k] = runge_kutta_step(p, h, speed_radps[k - 1], torque_nm[k - 1], next);
-      continue;
-    }
     if (utime[k] - utime[k - 1] != period) {
       period = utime[k] - utime[k - 1];
-      exact = ExactStep(p, h);
+      step = Step(p, seconds(period));
     }
-    speed_radps[k] = exact(speed_radps[k - 1], torque_nm[k - 1], next);
+    w = step(w, torque_nm[k - 1], hold == Hold::kLinear ? torque_nm[k] : torque_nm[k - 1]);
+    speed_radps[k] = w;
   }
+}
+
+inline void wheel_response(Method method, Hold hold, const WheelParameters& p, std::span<const Utime> utime,
+                           std::span<const double> torque_nm, double start_radps, std::vector<double>& speed_radps) {
+  if (method == Method::kRungeKutta)
+    wheel_response<RungeKuttaStep>(hold, p, utime, torque_nm, start_radps, speed_radps);
+  else
+    wheel_response<ExactStep>(hold, p, utime, torque_nm, start_radps, speed_radps);
 }
 
 }  // namespace slipstream
