@@ -40,6 +40,7 @@ const std::vector<Outsider>& outsiders() {
       {"(cvode|cvodes|arkode|ida|idas|kinsol|sundials|nvector|sunlinsol|sunmatrix|sunnonlinsol)/.*",
        "plant/cvode_integrator.cpp"},
       {"(coin/|coin-or/)?Ip[A-Z].*\\.hpp", "estimators/ipopt_solver.cpp"},
+      {"pagmo/.*", "estimators/identification/particle_swarm.cpp"},
       {"lcm/.*", "io/"},
       {"slipstream/.*", "io/"},  // generated from lcmtypes
       {"toml\\+\\+/.*|toml\\.hpp", "io/toml_reader.cpp"},
@@ -139,6 +140,8 @@ TEST(Rooms, WhatIsForbiddenIsFound) {
       {"plant/main.cpp", "sunlinsol/sunlinsol_dense.h"},
       {"estimators/mhe.cpp", "IpTNLP.hpp"},
       {"estimators/mhe.cpp", "coin/IpTNLP.hpp"},
+      {"estimators/identification/stand.cpp", "pagmo/problem.hpp"},
+      {"estimators/identification/stand.cpp", "plant/drive_source.hpp"},
       {"plant/main.cpp", "lcm/lcm-cpp.hpp"},
       {"monitor/main.cpp", "slipstream/truth.hpp"},
       {"io/scenario_reader.cpp", "toml++/toml.h"},
