@@ -7,9 +7,11 @@
 
 namespace slipstream {
 
-// Each is defined in the .cpp of its name.
+// Each is defined in the .cpp of its name; the hierarchical ones in hierarchical.cpp.
 std::unique_ptr<Estimator> make_ekf(const Scenario& scenario, const Tuning& tuning);
 std::unique_ptr<Estimator> make_mhe(const Scenario& scenario, const Tuning& tuning);
+std::unique_ptr<Estimator> make_hierarchical_ekf(const Scenario& scenario, const Tuning& tuning);
+std::unique_ptr<Estimator> make_hierarchical_mhe(const Scenario& scenario, const Tuning& tuning);
 
 namespace {
 
@@ -21,6 +23,8 @@ struct Entry {
 constexpr Entry kAlgorithms[] = {
     {"ekf", make_ekf},
     {"mhe", make_mhe},
+    {"hierarchical_ekf", make_hierarchical_ekf},
+    {"hierarchical_mhe", make_hierarchical_mhe},
 };
 
 }  // namespace
