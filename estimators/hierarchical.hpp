@@ -90,8 +90,7 @@ class Hierarchical final : public GaussianEstimator<LongitudinalFriction> {
   void correct(const Gaussian<LongitudinalFriction>& prior, const Matrix<double, 2>& before, const Matrix<double, 2>& after,
                const Matrix<double, 2>& gain, double drag_slope) {
     const Matrix<double, 2> left = Matrix<double, 2>::Identity() - gain * first_innovation_.h;
-    const Matrix<double, 2> renewed =
-        not_below_zero(after - symmetric_product<2, 2>(Matrix<double, 2>(left * before), left));
+    const Matrix<double, 2> renewed = not_below_zero(after - symmetric_product<2, 2>(Matrix<double, 2>(left * before), left));
     Matrix<double, 3> b = Matrix<double, 3>::Identity();
     for (int r = 0; r < 2; ++r) {
       b(kAt[r], 1) = -gain(r, 1) * drag_slope;

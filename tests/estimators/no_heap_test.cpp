@@ -1,4 +1,5 @@
-// The steps of the EKF and of the hierarchical EKF allocate nothing on the heap. The C library's allocator is counted in this whole test program.
+// The steps of the EKF and of the hierarchical EKF allocate nothing on the heap. The C library's allocator is counted in this
+// whole test program.
 #include <gtest/gtest.h>
 
 #include <array>
