@@ -15,9 +15,9 @@ class GaussianEstimator : public Estimator {
 
   ModelNames names() const final { return {M::kName, M::kStateNames, M::kInputNames, M::kOutputNames}; }
 
-  void start_given() final { start({belief_.initial_mean, belief_.initial_variance.asDiagonal()}); }
+  void start_given() override { start({belief_.initial_mean, belief_.initial_variance.asDiagonal()}); }
 
-  bool start_measured(int output, double z) final {
+  bool start_measured(int output, double z) override {
     Gaussian<M> at{belief_.initial_mean, belief_.initial_variance.asDiagonal()};
     if (!belief_.model.start_from(output, z, at.mean)) return false;
     // The start is linear in z, so a unit step shows its slope.

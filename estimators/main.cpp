@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "common/refusal.hpp"
+#include "estimators/observability.hpp"
 #include "estimators/registry.hpp"
 #include "estimators/session.hpp"
 #include "io/bus.hpp"
@@ -104,6 +105,9 @@ class Program {
     progress_seq_ = 0;
     ++runs_seen_;
     say(fmt::format("follows run {} ({}, tuning {})", r.name, options_.algorithm, tuning_));
+    if (const std::string line = observability_line(observability_of(loaded.scenario, config.tunings.at(tuning_)));
+        !line.empty())
+      say(line);
     announce(Presence::kAlive);
   }
 

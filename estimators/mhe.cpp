@@ -6,23 +6,6 @@
 
 namespace slipstream {
 
-namespace {
-
-// The weights of the document's form, taken for inverse variances wherever a Gaussian quantity is formed from them.
-template <ProcessModel M>
-Belief<M> weights_as_noise(Belief<M> belief, const Tuning& tuning) {
-  const auto v = belief_detail::by_name(tuning.measurement_weight, M::kOutputNames, 0.0);
-  for (int k = 0; k < M::kOutputs; ++k) {
-    if (v[k] <= 0.0)
-      throw Refusal(fmt::format("tuning: measurement_weight.{} is missing, expected a positive weight for single_shooting",
-                                M::kOutputNames[static_cast<std::size_t>(k)].name));
-    belief.noise[static_cast<std::size_t>(k)] = {0.0, 1.0 / std::sqrt(v[k])};
-  }
-  return belief;
-}
-
-}  // namespace
-
 std::unique_ptr<Estimator> make_mhe(const Scenario& scenario, const Tuning& tuning);
 
 std::unique_ptr<Estimator> make_mhe(const Scenario& scenario, const Tuning& tuning) {

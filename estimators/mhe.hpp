@@ -13,12 +13,29 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <string>
 
 #include "estimators/gaussian_estimator.hpp"
 #include "estimators/ipopt_solver.hpp"
 #include "estimators/mhe_window.hpp"
 
 namespace slipstream {
+
+// The belief of the document's form: its weights V, taken for inverse variances wherever a Gaussian quantity is formed
+// from them. Refuses a tuning without them.
+template <ProcessModel M>
+Belief<M> weights_as_noise(Belief<M> belief, const Tuning& tuning) {
+  const auto v = belief_detail::by_name(tuning.measurement_weight, M::kOutputNames, 0.0);
+  for (std::size_t k = 0; k < M::kOutputNames.size(); ++k) {
+    const double weight = v[static_cast<int>(k)];
+    if (weight <= 0.0)
+      throw Refusal("tuning: measurement_weight." + std::string(M::kOutputNames[k].name) +
+                    " is missing, expected a positive weight for single_shooting");
+    belief.noise[k] = {0.0, 1.0 / std::sqrt(weight)};
+  }
+  return belief;
+}
 
 // What both forms share: the samples and the solver.
 template <ProcessModel M>

@@ -7,10 +7,12 @@
 
 namespace slipstream {
 
-// Each is defined in the .cpp of its name.
+// Each is defined in the .cpp of its name; the hierarchical ones in hierarchical.cpp.
 std::unique_ptr<Estimator> make_ekf(const Scenario& scenario, const Tuning& tuning);
 std::unique_ptr<Estimator> make_mhe(const Scenario& scenario, const Tuning& tuning);
 std::unique_ptr<Estimator> make_pf(const Scenario& scenario, const Tuning& tuning);
+std::unique_ptr<Estimator> make_hierarchical_ekf(const Scenario& scenario, const Tuning& tuning);
+std::unique_ptr<Estimator> make_hierarchical_mhe(const Scenario& scenario, const Tuning& tuning);
 
 namespace {
 
@@ -23,6 +25,8 @@ constexpr Entry kAlgorithms[] = {
     {"ekf", make_ekf},
     {"mhe", make_mhe},
     {"pf", make_pf},
+    {"hierarchical_ekf", make_hierarchical_ekf},
+    {"hierarchical_mhe", make_hierarchical_mhe},
 };
 
 }  // namespace

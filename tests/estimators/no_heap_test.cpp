@@ -1,4 +1,5 @@
-// The EKF's predict and update allocate nothing on the heap. The C library's allocator is counted in this whole test program.
+// The steps of the EKF and of the hierarchical EKF allocate nothing on the heap. The C library's allocator is counted in this
+// whole test program.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -7,7 +8,7 @@
 #include <memory>
 
 #include "estimators/ekf.hpp"
-#include "models/processes/longitudinal_friction.hpp"
+#include "estimators/hierarchical.hpp"
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define SLIPSTREAM_COUNTS_ALLOCATIONS 1
@@ -36,7 +37,7 @@ void* realloc(void* p, std::size_t size) {
 namespace slipstream::test {
 namespace {
 
-TEST(NoHeap, EkfStepAllocatesNothing) {
+TEST(NoHeap, EkfAndHierarchicalEkfStepsAllocateNothing) {
 #ifndef SLIPSTREAM_COUNTS_ALLOCATIONS
   GTEST_SKIP() << "the allocator cannot be counted in this build";
 #else
@@ -45,14 +46,18 @@ TEST(NoHeap, EkfStepAllocatesNothing) {
   belief.process_variance = {1e-3, 1e-8, 5e-4};
   belief.initial_mean = {0.5, 0.26, 0.0};
   belief.initial_variance = {0.01, 0.001, 0.04};
-  const std::unique_ptr<Estimator> ekf = std::make_unique<Ekf<LongitudinalFriction> >(belief);
-  ekf->start_given();
+  const Belief<WheelFriction> first{WheelFriction{}, belief.noise, {1e-3, 5e-4}, false, {0.5, 0.0}, {0.01, 0.04}};
   const std::array<double, 1> u{1400.0};
   const std::array<double, 2> z{0.5, 1.1};
-
-  const long before = g_allocations;
-  for (std::uint32_t k = 0; k < 1000; ++k) ekf->step({k % 100 == 99 ? 0.5 : 0.01, u, z, k % 4});
-  EXPECT_EQ(g_allocations - before, 0);
+  const std::array<std::unique_ptr<Estimator>, 2> estimators{
+      std::make_unique<Ekf<LongitudinalFriction> >(belief),
+      std::make_unique<Hierarchical>(belief, first, std::make_unique<Ekf<WheelFriction> >(first))};
+  for (const std::unique_ptr<Estimator>& estimator : estimators) {
+    estimator->start_given();
+    const long before = g_allocations;
+    for (std::uint32_t k = 0; k < 1000; ++k) estimator->step({k % 100 == 99 ? 0.5 : 0.01, u, z, k % 4});
+    EXPECT_EQ(g_allocations - before, 0);
+  }
 
   const long counted = g_allocations;
   const auto proof = std::make_unique<std::array<double, 8> >();
