@@ -34,6 +34,8 @@ class Listener {
     for (const Quantity& q : names.inputs) inputs_.emplace_back(q.name);
     track_.mean.resize(track_.states.size());
     track_.sigma.resize(track_.states.size());
+    track_.interval_low.resize(track_.states.size());
+    track_.interval_high.resize(track_.states.size());
     track_.output.resize(track_.outputs.size());
     next_input_.assign(inputs_.size(), kNan);
   }
@@ -89,6 +91,9 @@ class Listener {
     for (std::size_t i = 0; i < n; ++i) {
       track_.mean[i].push_back(usable ? e.mean[i] : kNan);
       track_.sigma[i].push_back(usable ? std::sqrt(e.covariance[i * n + i]) : kNan);
+      if (e.interval_low.size() != n) continue;
+      track_.interval_low[i].push_back(usable ? e.interval_low[i] : kNan);
+      track_.interval_high[i].push_back(usable ? e.interval_high[i] : kNan);
     }
     covariance_.insert(covariance_.end(), e.covariance.begin(), e.covariance.end());
     track_.nis.push_back(usable && !e.innovation.empty() ? normalised_square(e.innovation, e.innovation_covariance) : kNan);

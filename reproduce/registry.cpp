@@ -2,10 +2,20 @@
 
 namespace slipstream {
 
-// Each is defined in the .cpp of its name.
+// Each is defined in the .cpp of its name, those of a section together.
 void reproduce_tyre(const Bench& bench, Outcome& o);
+void reproduce_snow(const Bench& bench, Outcome& o);
+void reproduce_stand(const Bench& bench, Outcome& o);
+void reproduce_ground_simulation(const Bench& bench, Outcome& o);
+void reproduce_ground_experiment(const Bench& bench, Outcome& o);
+void reproduce_recorded(const Bench& bench, Outcome& o);
+void reproduce_circle(const Bench& bench, Outcome& o);
+void reproduce_lane_change(const Bench& bench, Outcome& o);
+void reproduce_track(const Bench& bench, Outcome& o);
 void reproduce_drivetrain(const Bench& bench, Outcome& o);
+void reproduce_unimog_particles(const Bench& bench, Outcome& o);
 void reproduce_unimog(const Bench& bench, Outcome& o);
+void reproduce_consistency(const Bench& bench, Outcome& o);
 
 namespace {
 
@@ -19,16 +29,33 @@ std::vector<std::string> items(std::initializer_list<std::pair<int, int>> figure
 }
 
 constexpr const char* kChapter3 = "Chapter 3: fundamentals";
+constexpr const char* kChapter4 = "Chapter 4: particle filter on snow";
+constexpr const char* kChapter5 = "Chapter 5: scale car, hierarchical observer";
+constexpr const char* kChapter6 = "Chapter 6: lateral dynamics";
 constexpr const char* kChapter7 = "Chapter 7: Unimog";
+constexpr const char* kConsistency = "What the estimators claim, and what can be known";
 
 }  // namespace
 
 const std::vector<Experiment>& experiments() {
   static const std::vector<Experiment> all{
       {"tyre", kChapter3, "The magic formula on four surfaces", items({{1, 1}}, {1}), 0.01, reproduce_tyre},
+      {"snow", kChapter4, "Friction of a light vehicle on snow", items({{5, 13}}, {3, 4}), 0.5, reproduce_snow},
+      {"stand", kChapter5, "A suspended wheel, identified by particle swarm", items({{16, 17}}, {5, 6}), 1.0, reproduce_stand},
+      {"ground_simulation", kChapter5, "The hierarchical observer on a simulated scale car", items({{18, 20}}, {7}), 1.5,
+       reproduce_ground_simulation},
+      {"ground_experiment", kChapter5, "The hierarchical observer on a richer plant", items({{21, 25}}, {8, 9}), 2.5,
+       reproduce_ground_experiment},
+      {"recorded", kChapter5, "Recorded drives of a real 1:10 car", {"Drive ds5a", "Drive ds3"}, 0.1, reproduce_recorded},
+      {"circle", kChapter6, "Circle", items({{26, 28}}, {10, 11}), 2.0, reproduce_circle},
+      {"lane_change", kChapter6, "Single lane change", items({{29, 32}}, {}), 1.2, reproduce_lane_change},
+      {"track", kChapter6, "Standard track", items({{33, 35}}, {12}), 3.5, reproduce_track},
       {"drivetrain", kChapter7, "Engine, gears and wheel torque of the Unimog", items({{37, 40}}, {13, 14, 15}), 0.01,
        reproduce_drivetrain},
+      {"unimog_particles", kChapter7, "Particle filter on the Unimog, from the wheel speed alone", items({{41, 50}}, {}), 0.3,
+       reproduce_unimog_particles},
       {"unimog", kChapter7, "EKF and moving horizon on the Unimog", items({{51, 58}}, {16}), 1.5, reproduce_unimog},
+      {"consistency", kConsistency, "NEES, NIS and observability", {"Consistency", "Eq. 5.5", "Observability"}, 0.7, reproduce_consistency},
   };
   return all;
 }

@@ -7,11 +7,11 @@
 // Valid from idle to rated speed. P_M is the rated power at w_M.
 #pragma once
 
-#include <Eigen/Dense>
+#include <algorithm>
 #include <array>
 #include <vector>
 
-#include "common/check.hpp"
+#include "common/polynomial.hpp"
 #include "common/types.hpp"
 
 namespace slipstream {
@@ -37,20 +37,10 @@ inline EngineCurve quadratic_curve(double rated_power_w, double rated_speed_radp
 }
 
 inline EngineCurve quintic_curve(const std::vector<double>& speed_rpm, const std::vector<double>& torque_nm) {
-  SLIPSTREAM_CHECK(speed_rpm.size() == torque_nm.size() && speed_rpm.size() > EngineCurve::kDegree);
-  const auto n = static_cast<Eigen::Index>(speed_rpm.size());
   EngineCurve curve;
   curve.scale_radps = speed_rpm.back() * kRadpsPerRpm;
-  Eigen::MatrixXd powers(n, EngineCurve::kDegree + 1);
-  Eigen::VectorXd torque(n);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const double s = speed_rpm[static_cast<std::size_t>(k)] / speed_rpm.back();
-    powers(k, 0) = 1.0;
-    for (Eigen::Index i = 1; i <= EngineCurve::kDegree; ++i) powers(k, i) = powers(k, i - 1) * s;
-    torque[k] = torque_nm[static_cast<std::size_t>(k)];
-  }
-  const Eigen::VectorXd fit = powers.colPivHouseholderQr().solve(torque);
-  for (Eigen::Index i = 0; i <= EngineCurve::kDegree; ++i) curve.coefficient[static_cast<std::size_t>(i)] = fit[i];
+  const std::vector<double> fit = fit_polynomial(speed_rpm, torque_nm, EngineCurve::kDegree);
+  std::copy(fit.begin(), fit.end(), curve.coefficient.begin());
   return curve;
 }
 

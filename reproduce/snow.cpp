@@ -1,0 +1,210 @@
+// Chapter 4: the particle filter on a light vehicle on snow, with three histories of the friction (Figs 5-13, Tables 3 and 4).
+#include <fmt/format.h>
+
+#include <array>
+#include <numeric>
+
+#include "common/polynomial.hpp"
+#include "models/vehicles/torque_car.hpp"
+#include "reproduce/monte_carlo.hpp"
+
+namespace slipstream {
+namespace {
+
+constexpr std::array<int, 3> kParticles{20, 1000, 5000};
+constexpr const char* kReconstructed =
+    "the document prints neither torque nor sampling nor the filter's start: ours are in the scenario's comments";
+
+std::string tuning_of(int particles, const std::string& tuning = "document") { return fmt::format("{} {}", tuning, particles); }
+
+// The scenario with its tunings at several numbers of particles.
+Scenario with_particles(const Bench& bench, const std::string& name, int seed) {
+  Scenario s = bench.scenario(name, {seed_is(seed)});
+  auto& t = s.estimator.tunings;
+  for (const char* tuning : {"document", "matched"})
+    for (const int n : kParticles) {
+      Tuning& copy = t[tuning_of(n, tuning)] = t.at(tuning);
+      copy.pf_particles = n;
+      if (copy.process_noise == "step" && std::string(tuning) == "document") copy.pf_resample_below = 1.0;  // Table 2: always
+    }
+  return s;
+}
+
+double total_s(const Track& track) {
+  return 1e-6 * std::accumulate(track.step_time_us.begin(), track.step_time_us.end(), 0.0);
+}
+
+Picture friction_and_speed(const std::string& item, const std::string& title, const Played& p, std::size_t k,
+                           const std::string& caption) {
+  const Track& t = p.tracks[k];
+  const std::size_t mu = t.index("friction");
+  const Series& z = p.measured.at("wheel_speed_radps");
+  return Sketch(item, title, p.truth_t_s.back())
+      .panel("friction (-)", 300)
+      .range(0.0, 0.4)
+      .band("99 % interval", t.t_s, t.interval_low[mu], t.interval_high[mu], "#D55E00")
+      .line("truth", p.truth_t_s, p.truth_of("friction"), kTruthStyle)
+      .line("estimate", t.t_s, t.of("friction"), line_of(0, 1.6))
+      .panel("wheel speed (rad/s)", 240)
+      .line("measured", z.t_s, z.value, kMeasuredStyle)
+      .line("", p.truth_t_s, p.truth_of("wheel_speed_radps"), kTruthStyle)
+      .line("", t.t_s, t.of("wheel_speed_radps"), line_of(0, 1.6))
+      .finish(caption + " Band: 99 % of the particles' weight. Seed 1.");
+}
+
+// Quintic least-squares fit of a series, as section 4.3 smooths its estimate.
+std::vector<double> quintic(const std::vector<double>& t_s, const std::vector<double>& y) {
+  const std::vector<double> c = fit_polynomial(t_s, y, 5);
+  std::vector<double> fit;
+  for (const double t : t_s) {
+    double sum = 0.0;
+    for (std::size_t i = c.size(); i-- > 0;) sum = sum * (t / t_s.back()) + c[i];
+    fit.push_back(sum);
+  }
+  return fit;
+}
+
+void variable(const Bench& bench, Outcome& o) {
+  const Scenario s = with_particles(bench, "snow_variable", 1);
+  const Played p = play(s, {{"pf", tuning_of(20), "20"}, {"pf", tuning_of(1000), "1000"}});
+  o.figures.push_back(friction_and_speed("Fig. 6", "Tyre's friction, 20 particles", p, 0,
+                                         "The first guess of 0.3 is forgotten within the first tenths of a second."));
+  o.figures.push_back(friction_and_speed("Fig. 7", "Tyre's friction, 1000 particles", p, 1,
+                                         "With more particles the estimate is quieter and its interval closes around the truth."));
+  Sketch fits("Fig. 8", "Smoothed by a quintic", p.truth_t_s.back());
+  fits.panel("friction (-)", 300).range(0.0, 0.4).line("truth", p.truth_t_s, p.truth_of("friction"), kTruthStyle);
+  fits.line("20 particles", p.tracks[0].t_s, p.tracks[0].of("friction"), line_of(0, 0.8));
+  fits.line("20, quintic", p.tracks[0].t_s, quintic(p.tracks[0].t_s, p.tracks[0].of("friction")), line_of(1, 2.4));
+  fits.line("1000 particles", p.tracks[1].t_s, p.tracks[1].of("friction"), line_of(2, 0.8));
+  fits.line("1000, quintic", p.tracks[1].t_s, quintic(p.tracks[1].t_s, p.tracks[1].of("friction")), line_of(3, 2.4));
+  o.figures.push_back(fits.finish("A polynomial of fifth degree through ten seconds cannot follow gear changes: where the friction "
+                                  "jumps it is further off than what it smooths."));
+  static constexpr std::array<const char*, 2> kTimes_s{"3.83", "8.73"};
+  const auto columns = over_seeds(bench, 0, 3 * bench.seeds, [&](int seed) {
+    const Played q =
+        play(with_particles(bench, "snow_variable", seed), {{"pf", tuning_of(20), ""}, {"pf", tuning_of(1000), ""}});
+    std::vector<double> values;
+    for (std::size_t k = 0; k < 2; ++k) {
+      const Track& t = q.tracks[k];
+      const std::vector<double> truth = truth_at_all(q.truth_utime, q.truth_of("friction"), t.utime);
+      values.push_back(total_s(t));
+      values.push_back(q.score(k, "friction").rmse);
+      values.push_back(score_state(truth, quintic(t.t_s, t.of("friction"))).rmse);
+    }
+    return values;
+  });
+  for (std::size_t k = 0; k < 2; ++k) {
+    const std::string item = k == 0 ? "Fig. 6" : "Fig. 7";
+    o.rows.push_back(judged(item, fmt::format("computing time, {} particles", kParticles[k]), "s", Printed(kTimes_s[k]), Aim::kLow,
+                            columns[3 * k], "this machine was busy"));
+    o.rows.push_back(reported(item, fmt::format("RMSE friction, {} particles", kParticles[k]), "", columns[3 * k + 1]));
+    o.rows.push_back(
+        reported("Fig. 8", fmt::format("RMSE friction, {} particles, smoothed", kParticles[k]), "", columns[3 * k + 2]));
+  }
+}
+
+void constant(const Bench& bench, Outcome& o) {
+  Scenario s = with_particles(bench, "snow_constant", 1);
+  Tuning& wide = s.estimator.tunings["wide"] = s.estimator.tunings.at(tuning_of(1000));
+  wide.process_variance["friction"] = 0.1 * 0.1;
+  const Played p = play(s, {{"pf", tuning_of(20), ""}, {"pf", tuning_of(1000), ""}, {"pf", "wide", ""}});
+  o.figures.push_back(friction_and_speed("Fig. 9", "Constant friction, 20 particles", p, 0, "The filter starts at 0.3."));
+  o.figures.push_back(friction_and_speed("Fig. 10", "Constant friction, 1000 particles", p, 1, "The filter starts at 0.3."));
+  Sketch steps("Fig. 11", "Constant friction: random-walk steps of 0.01 and 0.1, 1000 particles", p.truth_t_s.back());
+  for (const std::size_t k : {1U, 2U}) {
+    steps.panel(k == 1 ? "friction, step 0.01 (-)" : "friction, step 0.1 (-)", 240).range(0.0, 0.4);
+    steps.line(k == 1 ? "truth" : "", p.truth_t_s, p.truth_of("friction"), kTruthStyle);
+    steps.line(k == 1 ? "estimate" : "", p.tracks[k].t_s, p.tracks[k].of("friction"), line_of(0, 1.4));
+  }
+  o.figures.push_back(steps.finish("A larger step finds the truth sooner and scatters more around it. Seed 1."));
+  static constexpr std::array<const char*, 2> kTimes_s{"0.41", "4.22"};
+  const auto columns = over_seeds(bench, bench.seeds, 3 * bench.seeds, [&](int seed) {
+    Scenario q = with_particles(bench, "snow_constant", seed);
+    q.estimator.tunings["wide"] = wide;
+    const Played r = play(q, {{"pf", tuning_of(20), ""}, {"pf", tuning_of(1000), ""}, {"pf", "wide", ""}});
+    return std::vector<double>{total_s(r.tracks[0]), total_s(r.tracks[1]), r.score(0, "friction").rmse,
+                               r.score(1, "friction").rmse, r.score(2, "friction").rmse};
+  });
+  for (std::size_t k = 0; k < 2; ++k) {
+    const std::string item = k == 0 ? "Fig. 9" : "Fig. 10";
+    o.rows.push_back(judged(item, fmt::format("computing time, {} particles", kParticles[k]), "s", Printed(kTimes_s[k]), Aim::kLow,
+                            columns[k], "this machine was busy"));
+    o.rows.push_back(reported(item, fmt::format("RMSE friction, {} particles", kParticles[k]), "", columns[2 + k]));
+  }
+  o.rows.push_back(reported("Fig. 11", "RMSE friction, step 0.01", "", columns[3]));
+  o.rows.push_back(reported("Fig. 11", "RMSE friction, step 0.1", "", columns[4]));
+}
+
+void step(const Bench& bench, Outcome& o) {
+  const std::vector<Follower> followers{{"pf", tuning_of(20), ""},   {"pf", tuning_of(1000), ""},
+                                        {"pf", tuning_of(5000), ""}, {"pf", tuning_of(1000, "matched"), ""},
+                                        {"ekf", "matched", ""},      {"pf", tuning_of(20, "matched"), ""}};
+  const Played p = play(with_particles(bench, "snow_step", 1), followers);
+  o.figures.push_back(friction_and_speed("Fig. 12", "Step of the friction, 20 particles", p, 0, "The filter starts at 0.2."));
+  o.figures.push_back(friction_and_speed("Fig. 13", "Step of the friction, 1000 particles", p, 1,
+                                         "A random walk with a step of 0.01 needs some twenty samples for the jump of 0.15."));
+  const auto columns = over_seeds(bench, 2 * bench.seeds, 3 * bench.seeds, [&](int seed) {
+    const Played r = play(with_particles(bench, "snow_step", seed), followers);
+    std::vector<double> values;
+    for (std::size_t k = 0; k < followers.size(); ++k) values.push_back(r.score(k, "friction").rmse);
+    for (std::size_t k = 0; k < followers.size(); ++k) values.push_back(total_s(r.tracks[k]));
+    return values;
+  });
+  static constexpr std::array<const char*, 3> kRmse{"0.0321", "0.0220", "0.0218"}, kTimes_s{"0.19", "3.86", "17.49"};
+  Table table{"Time and error, medians over the runs; in brackets the document's (mean of five)",
+              {{"particles", false}, {"tuning", false}, {"time (s)"}, {"RMSE friction"}},
+              {}};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::string particles = fmt::format("{}", kParticles[k]);
+    o.rows.push_back(judged("Table 4", "RMSE friction, " + particles + " particles, document tuning", "", Printed(kRmse[k]),
+                            Aim::kLow, columns[k], kReconstructed));
+    o.rows.push_back(judged("Table 4", "computing time for 10 s of data, " + particles + " particles", "s", Printed(kTimes_s[k]),
+                            Aim::kLow, columns[followers.size() + k], "this machine was busy"));
+    table.rows.push_back({particles, "document",
+                          fmt::format("{:.4f} ({})", median(columns[followers.size() + k]), kTimes_s[k]),
+                          fmt::format("{:.4f} ({})", median(columns[k]), kRmse[k])});
+  }
+  for (const std::size_t k : {5U, 3U, 4U}) {
+    const std::string who = k == 4 ? "EKF" : k == 3 ? "1000" : "20";
+    o.rows.push_back(reported("Table 4", "RMSE friction, " + (k == 4 ? who : who + " particles") + ", matched tuning", "",
+                              columns[k], "with the noise that the sensor has and a friction step chosen on other seeds"));
+    table.rows.push_back({who, "matched", fmt::format("{:.4f}", median(columns[followers.size() + k])),
+                          fmt::format("{:.4f}", median(columns[k]))});
+  }
+  o.tables.push_back({"Table 4", "", table});
+}
+
+void inputs(const Bench& bench, Outcome& o) {
+  Sketch torque("Fig. 5", "Input torque of the three cases", 10.0);
+  torque.panel("torque (N m)", 320);
+  std::size_t k = 0;
+  for (const auto& [name, label] :
+       {std::pair{"snow_variable", "tyre's friction"}, {"snow_constant", "constant"}, {"snow_step", "step"}}) {
+    const Played p = play(bench.scenario(name, {}), {});
+    torque.line(label, p.truth_t_s, p.truth_of("drive_torque_nm"), line_of(k++));
+  }
+  o.figures.push_back(torque.finish("Ours: Figure 5 of the document prints no numbers. With an imposed friction the wheel integrates "
+                                    "what torque and grip leave over, so each history has its own torque."));
+  const Scenario s = bench.scenario("snow_variable", {});
+  const QuarterCar& q = std::get<TorqueCar>(s.plant.vehicle).quarter;
+  o.tables.push_back({"Table 3", "As printed; the mass is a quarter of the vehicle's.",
+                      parameter_table("Parameters of the light vehicle", {{"mass", fmt::format("{}", q.mass_kg), "kg"},
+                                                                   {"gravity", fmt::format("{}", kGravity_mps2), "m/s²"},
+                                                                   {"wheel inertia", fmt::format("{}", q.wheel_inertia_kgm2), "kg m²"},
+                                                                   {"wheel radius", fmt::format("{}", q.wheel_radius_m), "m"},
+                                                                   {"rolling resistance", fmt::format("{}", q.rolling_resistance), "-"},
+                                                                   {"air density", fmt::format("{}", q.air_density_kgpm3), "kg/m³"},
+                                                                   {"frontal area", fmt::format("{}", q.frontal_area_m2), "m²"},
+                                                                   {"drag coefficient", fmt::format("{}", q.drag_coefficient), "-"}})});
+}
+
+}  // namespace
+
+void reproduce_snow(const Bench& bench, Outcome& o) {
+  inputs(bench, o);
+  variable(bench, o);
+  constant(bench, o);
+  step(bench, o);
+}
+
+}  // namespace slipstream
