@@ -8,11 +8,19 @@ namespace slipstream {
 
 template <typename T, int N, typename F>
 Vector<T, N> rk4_step(const F& f, const Vector<T, N>& x, double dt_s) {
+  // Element by element: Eigen's packets of a state written piece by piece stall.
+  const auto along = [&](const Vector<T, N>& k, double h) {
+    Vector<T, N> y;
+    for (int i = 0; i < N; ++i) y[i] = x[i] + k[i] * h;
+    return y;
+  };
   const Vector<T, N> k1 = f(x);
-  const Vector<T, N> k2 = f(Vector<T, N>(x + k1 * (0.5 * dt_s)));
-  const Vector<T, N> k3 = f(Vector<T, N>(x + k2 * (0.5 * dt_s)));
-  const Vector<T, N> k4 = f(Vector<T, N>(x + k3 * dt_s));
-  return x + (k1 + (k2 + k3) * 2.0 + k4) * (dt_s / 6.0);
+  const Vector<T, N> k2 = f(along(k1, 0.5 * dt_s));
+  const Vector<T, N> k3 = f(along(k2, 0.5 * dt_s));
+  const Vector<T, N> k4 = f(along(k3, dt_s));
+  Vector<T, N> to;
+  for (int i = 0; i < N; ++i) to[i] = x[i] + (k1[i] + (k2[i] + k3[i]) * 2.0 + k4[i]) * (dt_s / 6.0);
+  return to;
 }
 
 }  // namespace slipstream

@@ -137,11 +137,7 @@ class ParticleFilter final : public GaussianEstimator<M> {
     const State variance = this->belief_.process_covariance(dt_s);
     for (int s = 0; s < n; ++s) {
       if (variance[s] <= 0.0) continue;
-      random_.normals(normals_);
-      const double sigma = std::sqrt(variance[s]);
-      double* const x = state(s);
-      const double* const xi = normals_.data();
-      for (std::size_t i = 0; i < size_; ++i) x[i] += sigma * xi[i];
+      disturb_normally(random_, std::sqrt(variance[s]), {state(s), size_}, normals_);
     }
   }
 
@@ -189,20 +185,11 @@ class ParticleFilter final : public GaussianEstimator<M> {
 
   // Multiplies the likelihood in. N_eff; 0 if all weights have vanished, and then they are as before.
   double weigh(const StepInput& step) {
-    constexpr double kLeastVariance = 1e-300;  // where the law is relative and the particle's h is 0
     posterior_log_weight_ = log_weight_;
-    double* const l = posterior_log_weight_.data();
     for (int k = 0; k < m; ++k) {
       if (!is_measured(step, k)) continue;
-      const double z = step.measured_value[static_cast<std::size_t>(k)];
-      const NoiseLaw law = this->belief_.noise[static_cast<std::size_t>(k)];
-      const double* const h = output(k);
-      const std::size_t size = size_;
-      for (std::size_t i = 0; i < size; ++i) {
-        double r = law.variance(h[i]);
-        r = r > kLeastVariance ? r : kLeastVariance;
-        l[i] -= 0.5 * ((z - h[i]) * (z - h[i]) / r + batch::log(r));
-      }
+      const auto at = static_cast<std::size_t>(k);
+      weigh_by_normal(step.measured_value[at], this->belief_.noise[at], {output(k), size_}, posterior_log_weight_);
     }
     const double effective = normalise(posterior_log_weight_, weight_);
     if (effective > 0.0) log_weight_.swap(posterior_log_weight_);

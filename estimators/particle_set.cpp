@@ -6,8 +6,40 @@
 
 #include "common/batch_math.hpp"
 
+// Compiled twice, the wider for processors that have it; chosen when the program starts (which sanitizers do not survive).
+#if defined(__x86_64__) && defined(__linux__) && defined(__GNUC__) && !defined(__clang__) && \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define SLIPSTREAM_WIDE [[gnu::target_clones("avx2", "default"), gnu::flatten]]
+#else
+#define SLIPSTREAM_WIDE
+#endif
+
 namespace slipstream {
 
+SLIPSTREAM_WIDE
+void weigh_by_normal(double z, const NoiseLaw& law, std::span<const double> h, std::span<double> log_weight) {
+  constexpr double kLeastVariance = 1e-300;  // where the law is relative and h is 0
+  const NoiseLaw noise = law;
+  const std::size_t n = h.size();
+  const double* const from = h.data();
+  double* const l = log_weight.data();
+  for (std::size_t i = 0; i < n; ++i) {
+    double r = noise.variance(from[i]);
+    r = r > kLeastVariance ? r : kLeastVariance;
+    l[i] -= 0.5 * ((z - from[i]) * (z - from[i]) / r + batch::log(r));
+  }
+}
+
+SLIPSTREAM_WIDE
+void disturb_normally(RandomStream& random, double sigma, std::span<double> x, std::span<double> xi) {
+  random.normals(xi);
+  const std::size_t n = x.size();
+  double* const to = x.data();
+  const double* const draw = xi.data();
+  for (std::size_t i = 0; i < n; ++i) to[i] += sigma * draw[i];
+}
+
+SLIPSTREAM_WIDE
 double normalise(std::span<double> log_weight, std::span<double> weight) {
   const std::size_t n = log_weight.size();
   double* const l = log_weight.data();

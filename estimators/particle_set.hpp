@@ -6,7 +6,7 @@
 //   so particle i gets floor or ceil of N w_i offspring
 //
 // Document 002, Table 2 (after Silva 2012); Arulampalam et al., IEEE Trans. Signal Processing 50 (2002), algorithms 2 to 4.
-// Sums run in four fixed lanes: the same bits with every vector length.
+// Sums run in four fixed lanes: the same bits with every vector length, and so on every processor.
 #pragma once
 
 #include <cstddef>
@@ -14,6 +14,9 @@
 #include <span>
 #include <utility>
 #include <vector>
+
+#include "common/random.hpp"
+#include "models/sensors/noise.hpp"
 
 namespace slipstream {
 
@@ -32,6 +35,12 @@ double lane_sum(std::size_t n, const F& f) {
 // Writes the normalised weights and returns N_eff; takes the normalising constant out of the log-weights. Log-weights that are
 // not numbers get no weight. If all have vanished: 0, and nothing is written.
 double normalise(std::span<double> log_weight, std::span<double> weight);
+
+// Takes off each log-weight what z says against a particle whose output is h: (z - h)^2 / (2 R) + log(R)/2, R = sigma(h)^2.
+void weigh_by_normal(double z, const NoiseLaw& law, std::span<const double> h, std::span<double> log_weight);
+
+// Adds sigma xi, xi ~ N(0, 1), to each; the draws are left in `xi`.
+void disturb_normally(RandomStream& random, double sigma, std::span<double> x, std::span<double> xi);
 
 // The ancestor of each offspring, ascending. `ancestor` has one element more than `weight`, of no meaning. u in [0, 1).
 void resample_systematic(std::span<const double> weight, double u, std::span<std::int32_t> ancestor);

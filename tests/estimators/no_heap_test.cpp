@@ -1,4 +1,4 @@
-// The steps of the EKF and of the hierarchical EKF allocate nothing on the heap. The C library's allocator is counted in this
+// The steps of EKF, hierarchical EKF and particle filter allocate nothing on the heap. The C library's allocator is counted in this
 // whole test program.
 #include <gtest/gtest.h>
 
@@ -9,6 +9,7 @@
 
 #include "estimators/ekf.hpp"
 #include "estimators/hierarchical.hpp"
+#include "estimators/particle_filter.hpp"
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define SLIPSTREAM_COUNTS_ALLOCATIONS 1
@@ -37,27 +38,38 @@ void* realloc(void* p, std::size_t size) {
 namespace slipstream::test {
 namespace {
 
-TEST(NoHeap, EkfAndHierarchicalEkfStepsAllocateNothing) {
+#ifdef SLIPSTREAM_COUNTS_ALLOCATIONS
+Belief<LongitudinalFriction> belief() {
+  Belief<LongitudinalFriction> b;
+  b.noise = {{{0.05, 0.0}, {0.05, 0.0}}};
+  b.process_variance = {1e-3, 1e-8, 5e-4};
+  b.initial_mean = {0.5, 0.26, 0.0};
+  b.initial_variance = {0.01, 0.001, 0.04};
+  return b;
+}
+
+long allocations_of_steps(Estimator& estimator) {
+  estimator.start_given();
+  const std::array<double, 1> u{1400.0};
+  const std::array<double, 2> z{0.5, 1.1};
+  const long before = g_allocations;
+  for (std::uint32_t k = 0; k < 1000; ++k) estimator.step({k % 100 == 99 ? 0.5 : 0.01, u, z, k % 4});
+  return g_allocations - before;
+}
+#endif
+
+TEST(NoHeap, StepsAllocateNothing) {
 #ifndef SLIPSTREAM_COUNTS_ALLOCATIONS
   GTEST_SKIP() << "the allocator cannot be counted in this build";
 #else
-  Belief<LongitudinalFriction> belief;
-  belief.noise = {{{0.05, 0.0}, {0.05, 0.0}}};
-  belief.process_variance = {1e-3, 1e-8, 5e-4};
-  belief.initial_mean = {0.5, 0.26, 0.0};
-  belief.initial_variance = {0.01, 0.001, 0.04};
-  const Belief<WheelFriction> first{WheelFriction{}, belief.noise, {1e-3, 5e-4}, false, {0.5, 0.0}, {0.01, 0.04}};
-  const std::array<double, 1> u{1400.0};
-  const std::array<double, 2> z{0.5, 1.1};
-  const std::array<std::unique_ptr<Estimator>, 2> estimators{
-      std::make_unique<Ekf<LongitudinalFriction> >(belief),
-      std::make_unique<Hierarchical>(belief, first, std::make_unique<Ekf<WheelFriction> >(first))};
-  for (const std::unique_ptr<Estimator>& estimator : estimators) {
-    estimator->start_given();
-    const long before = g_allocations;
-    for (std::uint32_t k = 0; k < 1000; ++k) estimator->step({k % 100 == 99 ? 0.5 : 0.01, u, z, k % 4});
-    EXPECT_EQ(g_allocations - before, 0);
-  }
+  const std::unique_ptr<Estimator> ekf = std::make_unique<Ekf<LongitudinalFriction> >(belief());
+  EXPECT_EQ(allocations_of_steps(*ekf), 0);
+  const Belief<WheelFriction> first{WheelFriction{}, belief().noise, {1e-3, 5e-4}, false, {0.5, 0.0}, {0.01, 0.04}};
+  Hierarchical hierarchical(belief(), first, std::make_unique<Ekf<WheelFriction> >(first));
+  EXPECT_EQ(allocations_of_steps(hierarchical), 0);
+  const std::unique_ptr<Estimator> pf =
+      std::make_unique<ParticleFilter<LongitudinalFriction> >(belief(), 100, 0.5, RandomStream(1, 0, "estimator.pf"));
+  EXPECT_EQ(allocations_of_steps(*pf), 0);
 
   const long counted = g_allocations;
   const auto proof = std::make_unique<std::array<double, 8> >();

@@ -208,6 +208,7 @@ TEST(Hostile, DamagedMessagesOfThisRunAreReportedAndIgnored) {
           auto e = of_run<estimate>(run, now);
           e.name = "x";
           stranger.message("ESTIMATE_x", with_count(encoded(e), 39, count));
+          stranger.message("ESTIMATE_x", with_count(encoded(e), 43, count));
         }
         // Out of range: a time before the start, an unknown command, state and presence, a name that would leave the folder.
         auto early = of_run<tick>(run, -5);

@@ -1,0 +1,338 @@
+// The particle filter against the Kalman filter, its parts against closed forms, and the Unimog of document 002, section 7.1.
+#include "estimators/particle_filter.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "estimators/ekf.hpp"
+#include "io/scenario_reader.hpp"
+#include "tests/estimators/linear_model.hpp"
+#include "tests/support/in_process.hpp"
+
+namespace slipstream::test {
+namespace {
+
+constexpr double kDt = 0.1;
+
+Belief<LinearModel> linear_belief() {
+  Belief<LinearModel> b;
+  b.noise = {{{0.0, 0.3}, {0.0, 0.2}}};
+  b.process_variance = {1e-2, 2e-1};
+  b.initial_mean = {0.5, -0.2};
+  b.initial_variance = {0.04, 0.09};
+  return b;
+}
+
+struct Drive {
+  std::vector<std::array<double, 2>> z;
+  std::vector<Eigen::Vector2d> truth;
+};
+// Truth and measurements as the belief says.
+Drive drive(int count, const Belief<LinearModel>& b, std::uint64_t seed) {
+  RandomStream random(seed, 0, "drive");
+  Drive d;
+  Eigen::Vector2d x = b.initial_mean;
+  for (int i = 0; i < 2; ++i) x[i] += std::sqrt(b.initial_variance[i]) * random.normal();
+  for (int k = 0; k < count; ++k) {
+    if (k > 0) {
+      x = transition(b.model, x, Vector<double, 1>(std::sin(0.3 * (k - 1))), kDt);
+      for (int i = 0; i < 2; ++i) x[i] += std::sqrt(b.process_variance[i] * kDt) * random.normal();
+    }
+    d.truth.push_back(x);
+    d.z.push_back({x[0] + b.noise[0].absolute * random.normal(), x[1] + b.noise[1].absolute * random.normal()});
+  }
+  return d;
+}
+void step(Estimator& e, int k, const std::array<double, 2>& z, std::uint32_t measured = 3U) {
+  const double u = std::sin(0.3 * (k - 1));
+  e.step({k == 0 ? 0.0 : kDt, {&u, 1}, z, measured});
+}
+std::vector<double> numbers(const Posterior& p) {
+  std::vector<double> all;
+  for (const auto& s : {p.mean, p.covariance, p.innovation, p.innovation_covariance, p.interval_low, p.interval_high})
+    all.insert(all.end(), s.begin(), s.end());
+  return all;
+}
+ParticleFilter<LinearModel> filter(const Belief<LinearModel>& b, int particles, double resample_below, std::uint64_t seed = 1) {
+  return {b, particles, resample_below, RandomStream(seed, 0, "estimator.pf")};
+}
+
+// The Kalman filter is the EKF, which kalman_test holds against a textbook filter.
+TEST(ParticleFilter, IsTheKalmanFilterOnALinearModel) {
+  const Belief<LinearModel> b = linear_belief();
+  const Drive d = drive(200, b, 7);
+  constexpr int kParticles = 20000;
+  for (const double resample_below : {1.0, 0.5}) {
+    ParticleFilter<LinearModel> pf = filter(b, kParticles, resample_below);
+    Ekf<LinearModel> kalman(b);
+    pf.start_given();
+    kalman.start_given();
+    for (int k = 0; k < 200; ++k) {
+      const std::uint32_t measured = k % 5 == 3 ? 1U : k % 7 == 2 ? 2U : k % 11 == 9 ? 0U : 3U;
+      step(pf, k, d.z[static_cast<std::size_t>(k)], measured);
+      step(kalman, k, d.z[static_cast<std::size_t>(k)], measured);
+      const Posterior p = pf.posterior(), exact = kalman.posterior();
+      ASSERT_EQ(p.status, EstimateStatus::kValid);
+      for (std::size_t i = 0; i < 2; ++i) {
+        const double variance = exact.covariance[3 * i], sigma = std::sqrt(variance);
+        // The mean of N_eff independent draws errs by sigma/sqrt(N_eff); here N_eff is 0.5 N and more: 4/sqrt(N) is nearly 3 of it.
+        EXPECT_NEAR(p.mean[i], exact.mean[i], 4.0 * sigma / std::sqrt(kParticles)) << k;
+        // The variance of N draws of a normal errs by sqrt(2/N) of itself: 6 of that, for the weights and the earlier draws.
+        EXPECT_NEAR(p.covariance[3 * i] / variance, 1.0, 6.0 * std::sqrt(2.0 / kParticles)) << k;
+        EXPECT_NEAR((p.interval_high[i] - p.interval_low[i]) / sigma, 2.0 * 2.5758, 0.25) << k;  // quantiles: density 0.014 there
+        if ((measured >> i & 1U) == 0U) continue;
+        EXPECT_NEAR(p.innovation[i], exact.innovation[i], 4.0 * std::sqrt(exact.innovation_covariance[3 * i] / kParticles)) << k;
+        EXPECT_NEAR(p.innovation_covariance[3 * i] / exact.innovation_covariance[3 * i], 1.0, 6.0 * std::sqrt(2.0 / kParticles));
+      }
+    }
+  }
+}
+
+TEST(ParticleFilter, TheIntervalCoversWhatItSays) {
+  const Belief<LinearModel> b = linear_belief();
+  int inside = 0, all = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    const Drive d = drive(100, b, seed);
+    ParticleFilter<LinearModel> pf = filter(b, 1000, 0.5, seed);
+    pf.start_given();
+    for (int k = 0; k < 100; ++k) {
+      const auto at = static_cast<std::size_t>(k);
+      step(pf, k, d.z[at]);
+      const Posterior p = pf.posterior();
+      for (std::size_t i = 0; i < 2; ++i) {
+        const double x = d.truth[at][static_cast<int>(i)];
+        inside += p.interval_low[i] <= x && x <= p.interval_high[i] ? 1 : 0;
+        ++all;
+      }
+    }
+  }
+  // 8000 cases, neighbours alike: some 1600 that are independent, whose share has a deviation of 0.0025; three of them.
+  EXPECT_NEAR(static_cast<double>(inside) / all, 0.99, 0.0075);
+}
+
+TEST(ParticleFilter, ResamplesBelowTheFractionOnly) {
+  const Belief<LinearModel> b = linear_belief();
+  const Drive d = drive(2, b, 3);
+  Belief<LinearModel> vague = b;
+  vague.noise = {{{0.0, 100.0}, {0.0, 100.0}}};
+  const auto two_steps = [&](const Belief<LinearModel>& belief, double resample_below) {
+    ParticleFilter<LinearModel> pf = filter(belief, 500, resample_below);
+    pf.start_given();
+    std::array<std::vector<double>, 2> result;
+    for (int k = 0; k < 2; ++k) {
+      step(pf, k, {d.z[static_cast<std::size_t>(k)][0] + 0.6, d.z[static_cast<std::size_t>(k)][1] - 0.6});
+      result[static_cast<std::size_t>(k)] = numbers(pf.posterior());
+    }
+    return result;
+  };
+  constexpr double kNever = 1e-9;  // N_eff is at least 1
+  const auto always = two_steps(b, 1.0), never = two_steps(b, kNever);
+  EXPECT_EQ(always[0], never[0]);  // an estimate is made before its resampling
+  EXPECT_NE(always[1], never[1]);
+  EXPECT_EQ(two_steps(b, 0.95), always);  // off by some deviations: N_eff is well below 0.95 N
+  EXPECT_EQ(two_steps(vague, 0.5), two_steps(vague, kNever));  // a measurement that says nothing leaves N_eff at N
+  EXPECT_NE(two_steps(vague, 1.0), two_steps(vague, kNever));
+}
+
+TEST(ParticleFilter, TheSeedDecidesEveryBit) {
+  const Belief<LinearModel> b = linear_belief();
+  const Drive d = drive(20, b, 3);
+  const auto played = [&](std::uint64_t seed) {
+    ParticleFilter<LinearModel> pf = filter(b, 333, 0.5, seed);  // odd: the last draw has no partner
+    pf.start_given();
+    for (int k = 0; k < 20; ++k) step(pf, k, d.z[static_cast<std::size_t>(k)]);
+    return numbers(pf.posterior());
+  };
+  EXPECT_EQ(played(5), played(5));
+  EXPECT_NE(played(5), played(6));
+}
+
+TEST(ParticleFilter, AMeasurementBeyondAllParticlesUnderflowsNothing) {
+  const Belief<LinearModel> b = linear_belief();
+  ParticleFilter<LinearModel> pf = filter(b, 200, 0.5);
+  pf.start_given();
+  step(pf, 0, {0.5 + 1500.0 * 0.3, -0.2}, 1U);  // 1500 sigma off: likelihoods of about exp(-1.1e6)
+  const Posterior p = pf.posterior();
+  EXPECT_NE(p.status, EstimateStatus::kInvalid);
+  for (const double x : numbers(p)) EXPECT_TRUE(std::isfinite(x));
+  EXPECT_GT(p.mean[0], 0.5 + 0.2);  // the farthest of 200 draws of deviation 0.2, almost surely beyond one of it
+}
+
+TEST(ParticleFilter, WhenAllWeightsVanishThePredictionStands) {
+  const Belief<LinearModel> b = linear_belief();
+  ParticleFilter<LinearModel> with = filter(b, 200, 0.5), without = filter(b, 200, 0.5);
+  with.start_given();
+  without.start_given();
+  step(with, 0, {1e200, 0.0}, 1U);  // its squared distance is beyond all doubles
+  step(without, 0, {0.0, 0.0}, 0U);
+  EXPECT_EQ(with.posterior().status, EstimateStatus::kFallback);
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(with.posterior().mean[i], without.posterior().mean[i]);
+  step(with, 1, {0.5, -0.2});
+  EXPECT_EQ(with.posterior().status, EstimateStatus::kValid);
+}
+
+TEST(ParticleFilter, OneParticleHasTheSpreadOfOneStep) {
+  const Belief<LinearModel> b = linear_belief();
+  ParticleFilter<LinearModel> pf = filter(b, 1, 1.0);
+  pf.start_given();
+  step(pf, 1, {0.5, -0.2});
+  EXPECT_EQ(pf.posterior().status, EstimateStatus::kFallback);
+  EXPECT_EQ(pf.posterior().covariance[0], 1e-2 * kDt);
+  EXPECT_EQ(pf.posterior().covariance[3], 2e-1 * kDt);
+}
+
+TEST(ParticleFilter, AnInputThatIsNotANumberMakesTheEstimateInvalid) {
+  ParticleFilter<LinearModel> pf = filter(linear_belief(), 100, 0.5);
+  pf.start_given();
+  const double u = std::numeric_limits<double>::quiet_NaN();
+  pf.step({kDt, {&u, 1}, std::array<double, 2>{0.5, -0.2}, 3U});
+  EXPECT_EQ(pf.posterior().status, EstimateStatus::kInvalid);
+}
+
+TEST(ParticleFilter, StartOnTheMoveTakesTheMeasurementAndItsNoise) {
+  constexpr int kParticles = 20000;
+  ParticleFilter<LinearModel> pf = filter(linear_belief(), kParticles, 0.5);
+  ASSERT_TRUE(pf.start_measured(1, 3.0));
+  step(pf, 0, {0.0, 0.0}, 0U);
+  const double variance = 0.09 + 0.2 * 0.2;
+  EXPECT_NEAR(pf.posterior().mean[1], 3.0, 4.0 * std::sqrt(variance / kParticles));  // four deviations of a mean
+  EXPECT_NEAR(pf.posterior().covariance[3] / variance, 1.0, 4.0 * std::sqrt(2.0 / kParticles));  // and of a variance
+}
+
+TEST(ParticleFilter, RelativeNoiseIsWeighedAtEachParticle) {
+  // p(z | h) ~ exp(-(z - h)^2 / (2 rel^2 h^2)) / h by hand, at z = 10, rel = 0.5.
+  const std::vector<double> h{5.0, 10.0, 20.0};
+  std::vector<double> l(3, 0.0), w(3);
+  weigh_by_normal(10.0, {0.5, 0.0}, h, l);
+  normalise(l, w);
+  const std::array<double, 3> p{std::exp(-2.0) / 5.0, 1.0 / 10.0, std::exp(-0.5) / 20.0};
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(w[i], p[i] / (p[0] + p[1] + p[2]), 1e-15);  // rounding
+}
+
+TEST(ParticleSet, WeightsOfVanishingLikelihoodsAreExact) {
+  std::vector<double> l{-1e6, -1e6 - std::log(3.0), -3e6, std::numeric_limits<double>::quiet_NaN()}, w(4);
+  const double effective = normalise(l, w);
+  EXPECT_NEAR(w[0], 0.75, 1e-10);  // ulp of 1e6
+  EXPECT_NEAR(w[1], 0.25, 1e-10);
+  EXPECT_EQ(w[2], 0.0);
+  EXPECT_EQ(w[3], 0.0);
+  EXPECT_NEAR(effective, 1.0 / (0.75 * 0.75 + 0.25 * 0.25), 1e-9);
+  const std::vector<double> before = w;
+  l.assign(4, -std::numeric_limits<double>::infinity());
+  EXPECT_EQ(normalise(l, w), 0.0);
+  EXPECT_EQ(w, before);
+}
+
+TEST(ParticleSet, SystematicResamplingGivesFloorOrCeil) {
+  RandomStream random(1, 0, "weights");
+  for (int round = 0; round < 200; ++round) {
+    const std::size_t n = 1 + static_cast<std::size_t>(random.uniform() * 100.0);
+    std::vector<double> w(n);
+    for (double& x : w) x = random.uniform() < 0.3 ? 0.0 : std::exp(6.0 * random.uniform());
+    w[n / 2] = 1.0;
+    const double sum = std::accumulate(w.begin(), w.end(), 0.0);
+    for (double& x : w) x /= sum;
+    std::vector<std::int32_t> ancestor(n + 1);
+    resample_systematic(w, random.uniform(), ancestor);
+    std::vector<int> offspring(n, 0);
+    for (std::size_t j = 0; j < n; ++j) ++offspring[static_cast<std::size_t>(ancestor[j])];
+    for (std::size_t i = 0; i < n; ++i) {
+      const double expected = static_cast<double>(n) * w[i];
+      EXPECT_GE(offspring[i], std::floor(expected - 1e-9));  // rounding of the cumulated weights
+      EXPECT_LE(offspring[i], std::ceil(expected + 1e-9));
+    }
+  }
+}
+
+// Table 2's own loop, with its own point: zeta_1 = u/N.
+TEST(ParticleSet, SystematicResamplingIsTheDocuments) {
+  RandomStream random(2, 0, "weights");
+  constexpr std::size_t n = 50;
+  std::vector<double> w(n);
+  for (double& x : w) x = -std::log(1.0 - random.uniform());
+  const double sum = std::accumulate(w.begin(), w.end(), 0.0);
+  for (double& x : w) x /= sum;
+  const double u = 0.37;
+  std::vector<std::int32_t> ancestor(n + 1);
+  resample_systematic(w, u, ancestor);
+  std::size_t i = 0;
+  double c = w[0];
+  for (std::size_t j = 0; j < n; ++j) {
+    while ((u + static_cast<double>(j)) / n > c) c += w[++i];
+    EXPECT_EQ(ancestor[j], static_cast<std::int32_t>(i)) << j;
+  }
+}
+
+TEST(ParticleSet, TheIntervalIsThatOfTheSortedSet) {
+  RandomStream random(3, 0, "set");
+  IntervalFinder finder(3000);
+  for (const std::size_t n : {1U, 2U, 50U, 3000U}) {
+    std::vector<double> x(n), w(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      x[i] = std::exp(2.0 * random.normal());  // skew, and with far values
+      w[i] = random.uniform() + 1e-3;
+    }
+    const double sum = std::accumulate(w.begin(), w.end(), 0.0);
+    std::vector<std::size_t> order(n);
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return x[a] < x[b]; });
+    for (double& v : w) v /= sum;
+    for (const double tail : {0.005, 0.2}) {
+      double below = 0.0, above = 0.0;
+      std::size_t low = 0, high = n - 1;
+      while ((below += w[order[low]]) < tail) ++low;
+      while ((above += w[order[high]]) < tail) --high;
+      const auto [found_low, found_high] = finder.find(x, w, 3.0, 5.0, tail);
+      EXPECT_EQ(found_low, x[order[low]]) << n;
+      EXPECT_EQ(found_high, x[order[high]]) << n;
+    }
+  }
+}
+
+struct Medians {
+  double rmse_friction, rmse_wheel_speed, nis, covered;
+};
+Medians unimog_medians(const std::string& tuning) {
+  Scenario scenario = load_scenario_file(std::string(SLIPSTREAM_SOURCE_DIR) + "/scenarios/unimog_pf.toml").scenario;
+  std::array<std::vector<double>, 4> values;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    scenario.run.seed = seed;
+    const Played played = play(scenario, "pf", tuning);
+    EXPECT_EQ(played.estimates.size(), 1001U);  // 10 s at 100 Hz, both ends
+    const std::vector<double> friction = played.truth_of("friction");
+    values[0].push_back(score_state(friction, played.estimate_of(1)).rmse);
+    values[1].push_back(score_state(played.truth_of("wheel_speed_radps"), played.estimate_of(0)).rmse);
+    values[2].push_back(score_consistency(played.nis(), 1).mean);
+    double covered = 0.0;
+    for (std::size_t k = 0; k < friction.size(); ++k) {
+      const Estimate& e = played.estimates[k];
+      if (e.interval_low.size() == 2U) covered += e.interval_low[1] <= friction[k] && friction[k] <= e.interval_high[1] ? 1.0 : 0.0;
+    }
+    values[3].push_back(covered / static_cast<double>(friction.size()));
+  }
+  const Medians m{median(values[0]), median(values[1]), median(values[2]), median(values[3])};
+  std::printf("PF %s: RMSE mu %.5f w %.4f, NIS %.3f, interval of mu covers %.4f\n", tuning.c_str(), m.rmse_friction,
+              m.rmse_wheel_speed, m.nis, m.covered);
+  return m;
+}
+
+TEST(UnimogParticleFilter, DocumentTuning) {
+  const Medians m = unimog_medians("document");
+  EXPECT_LE(m.rmse_friction, 0.0085);  // the bar; published: 0.01
+  EXPECT_LE(m.rmse_wheel_speed, 0.45);  // the bar; published: 0.51
+}
+
+TEST(UnimogParticleFilter, MatchedTuningIsBetter) {
+  const Medians m = unimog_medians("matched");
+  EXPECT_LE(m.rmse_friction, 0.0085);  // the bar
+  EXPECT_LE(m.rmse_wheel_speed, 0.45);
+  const Medians document = unimog_medians("document");
+  EXPECT_LT(m.rmse_friction, document.rmse_friction);
+  EXPECT_LT(m.rmse_wheel_speed, document.rmse_wheel_speed);
+  EXPECT_NEAR(m.nis, 1.0, 0.2);  // 20 % of its dimension
+}
+
+}  // namespace
+}  // namespace slipstream::test
