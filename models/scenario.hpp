@@ -28,7 +28,7 @@ struct SensorConfig {
   std::string type;      // of kSensorTypes
   std::string quantity;  // what it measures
   double rate_hz = 100.0;
-  NoiseLaw noise;  // a recorded drive's own noise is in its data: there this is what estimators believe
+  NoiseLaw noise;         // a recorded drive's own noise is in its data: there this is what estimators believe
   SensorErrors errors{};  // of a simulated drive; estimators are not told
 };
 

@@ -63,8 +63,8 @@ class SimulatedDrive final : public DriveSource {
       const auto found = std::find(truth_names_.begin(), truth_names_.end(), s.quantity);
       if (found == truth_names_.end())
         throw Refusal(fmt::format("sensor.{}: the vehicle '{}' has no '{}' to measure", s.type, V::kName, s.quantity));
-      sensors_.push_back({Schedule(s.rate_hz), static_cast<std::size_t>(found - truth_names_.begin()), s.noise,
-                          s.errors, static_cast<Utime>(std::llround(s.errors.delay_s / kSecondsPerUtime)),
+      sensors_.push_back({Schedule(s.rate_hz), static_cast<std::size_t>(found - truth_names_.begin()), s.noise, s.errors,
+                          static_cast<Utime>(std::llround(s.errors.delay_s / kSecondsPerUtime)),
                           RandomStream(scenario.run.seed, 0, "sensor." + s.type)});
       quantities_.push_back(s.quantity);
     }

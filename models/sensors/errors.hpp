@@ -2,7 +2,8 @@
 //
 //   z(t + delay) = q round(y / q),   y = scale h(t) + bias + sigma(h) xi          q = 0: z = y
 //
-// A sample keeps the time at which it is published: who receives it is not told the delay. With the defaults z(t) = h + sigma xi.
+// A sample keeps the time at which it is published: who receives it is not told the delay. With the defaults z(t) = h + sigma
+// xi.
 #pragma once
 
 #include <cmath>

@@ -15,9 +15,7 @@ struct SensorType {
   std::string_view noise_key;
 
   // The key of another property in the same unit: key("bias") is "bias_radps" where noise_key is "noise_radps".
-  std::string key(const std::string& property) const {
-    return property + std::string(noise_key.substr(noise_key.find('_')));
-  }
+  std::string key(const std::string& property) const { return property + std::string(noise_key.substr(noise_key.find('_'))); }
 };
 
 }  // namespace slipstream

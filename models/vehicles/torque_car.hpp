@@ -1,15 +1,15 @@
-// Quarter car driven by a timetable of torque: one wheel under a quarter of a vehicle, with a motor that lags, a load that moves
-// to the driven axle, and friction from a tyre or imposed (document 002, chapters 4 and 5).
+// Quarter car driven by a timetable of torque: one wheel under a quarter of a vehicle, with a motor that lags, a load that
+// moves to the driven axle, and friction from a tyre or imposed (document 002, chapters 4 and 5).
 //
 //   T_m' = (T(t) - T_m) / tau                   T(t) piecewise linear; tau = 0: T_m = T
 //   N = m (g + k v')                            k: height of the centre of gravity by wheelbase, > 0 when N grows with v'
 //   m v' = mu N - R_aer(v)                      so  v' = (mu g - R_aer/m) / (1 - k mu)
 //   J w' = T_m - mu N r - f_r N r sgn(w) - b w,   s' = v,   t' = 1             (eqs 3.11-3.15, 5.6; the parts' heads)
 //
-// mu is a tyre's mu(slip) on a surface, a constant, or a constant that steps. Where it is imposed the wheel does not feel its slip:
-// w integrates every difference of T and the grip's torque by 1/J, and nothing brings it back to rolling.
-// State: w, v, s, T_m, t. Mode: how many points of the timetable and of the friction's step are past; each is an event.
-// T, the commanded torque, is what estimators are told. Range: forward driving on level ground.
+// mu is a tyre's mu(slip) on a surface, a constant, or a constant that steps. Where it is imposed the wheel does not feel its
+// slip: w integrates every difference of T and the grip's torque by 1/J, and nothing brings it back to rolling. State: w, v, s,
+// T_m, t. Mode: how many points of the timetable and of the friction's step are past; each is an event. T, the commanded
+// torque, is what estimators are told. Range: forward driving on level ground.
 #pragma once
 
 #include <algorithm>
@@ -34,8 +34,8 @@ struct TorqueCar {
                                                    {"a_x_mps2", "m/s^2"},
                                                    {"slip", "1"},
                                                    {"distance_m", "m"},
-                                                   {"drive_torque_nm", "N m"},    // commanded, T
-                                                   {"motor_torque_nm", "N m"},    // after the lag, T_m
+                                                   {"drive_torque_nm", "N m"},  // commanded, T
+                                                   {"motor_torque_nm", "N m"},  // after the lag, T_m
                                                    {"normal_force_n", "N"}}};
   static constexpr std::array<Quantity, 1> kInputs{{{"drive_torque_nm", "N m"}}};
   using Mode = std::size_t;  // points past
@@ -48,9 +48,9 @@ struct TorqueCar {
   double motor_lag_s = 0.0;    // tau; T_m starts at 0
   double load_transfer = 0.0;  // k
   std::string friction = "tyre";
-  std::string surface = "snow";       // of "tyre"
-  double friction_constant = 0.15;    // of "constant"
-  double friction_before = 0.1;       // of "step"
+  std::string surface = "snow";     // of "tyre"
+  double friction_constant = 0.15;  // of "constant"
+  double friction_before = 0.1;     // of "step"
   double friction_after = 0.25;
   double step_time_s = 5.0;
   double initial_wheel_speed_radps = 1.0;  // rolling without slip
@@ -149,10 +149,14 @@ struct TorqueCar {
 
   std::array<double, kTruth.size()> truth(const State& x, const Mode& mode) const {
     const double mu = friction_now(x, mode), a_x = acceleration(mu, x[1]);
-    return {x[0], x[1],
-            mu,   a_x,
-            slip(x), x[2],
-            commanded_torque(x[4], mode), motor_torque(x, mode),
+    return {x[0],
+            x[1],
+            mu,
+            a_x,
+            slip(x),
+            x[2],
+            commanded_torque(x[4], mode),
+            motor_torque(x, mode),
             quarter.normal_force_n() * load(a_x)};
   }
 

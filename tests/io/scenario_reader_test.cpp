@@ -104,7 +104,8 @@ std::string bits_of(const Scenario& s) {
   b.put(s.run.realtime_factor), b.put(s.run.start_timeout_s), b.put(s.run.late_timeout_s), b.put(s.run.deadline_s);
   for (const auto& w : s.run.wait_for) b.put(w);
   for (const auto& c : s.sensors)
-    b.put(c.type), b.put(c.quantity), b.put(c.rate_hz), b.put(c.noise.relative), b.put(c.noise.absolute);
+    b.put(c.type), b.put(c.quantity), b.put(c.rate_hz), b.put(c.noise.relative), b.put(c.noise.absolute), b.put(c.errors.scale),
+        b.put(c.errors.bias), b.put(c.errors.quantum), b.put(c.errors.delay_s);
   b.put(s.plant.input_rate_hz), b.put(s.plant.truth_rate_hz);
   b.put(s.plant.relative_tolerance), b.put(s.plant.absolute_tolerance);
   std::visit([&](const auto& v) { v.visit_parameters(v, b); }, s.plant.vehicle);
@@ -160,6 +161,23 @@ TEST(ScenarioReader, ReadsNumbersOfEveryKind) {
   EXPECT_EQ(s.sensors[0].noise.absolute, 0.25);
   EXPECT_EQ(s.run.seed, std::uint64_t{1} << 53);
   EXPECT_EQ(s.run.wait_for, (std::vector<std::string>{"ekf", "mhe_2"}));
+}
+
+TEST(ScenarioReader, ReadsTheErrorsOfASimulatedSensor) {
+  const LoadedScenario plain = load_scenario_text(kMinimal, "s.toml");
+  EXPECT_EQ(plain.scenario.sensors[0].errors.scale, 1.0);
+  for (const char* line : {"scale = 1.0\n", "bias_radps = 0.0\n", "quantum_radps = 0.0\n", "delay_s = 0.0\n"})
+    EXPECT_NE(plain.resolved_toml.find(line), std::string::npos) << line << plain.resolved_toml;
+  const LoadedScenario loaded =
+      load_scenario_text(replaced(kMinimal, "rate_hz = 50",
+                                  "rate_hz = 50\nscale = 1.02\nbias_radps = -0.1\nquantum_radps = 0.25\ndelay_s = 0.004"),
+                         "s.toml");
+  const SensorErrors& errors = loaded.scenario.sensors[0].errors;
+  EXPECT_EQ(errors.scale, 1.02);
+  EXPECT_EQ(errors.bias, -0.1);
+  EXPECT_EQ(errors.quantum, 0.25);
+  EXPECT_EQ(errors.delay_s, 0.004);
+  expect_round_trip(loaded);
 }
 
 TEST(ScenarioReader, BelievesTheVehicleUnlessToldOtherwise) {
@@ -236,7 +254,8 @@ TEST(ScenarioReader, RefusesUnknownKeysWithASuggestion) {
   EXPECT_EQ(refused_with("rate_hz = 50", "rate_hz = 50\nnois_percent = 5"),
             "s.toml:7:1: unknown key 'nois_percent' in [sensor.wheel_speed]; did you mean 'noise_percent'?");
   EXPECT_EQ(refused_with("rate_hz = 50", "rate = 50"),
-            "s.toml:6:1: unknown key 'rate' in [sensor.wheel_speed]; expected one of rate_hz, noise_percent, noise_radps");
+            "s.toml:6:1: unknown key 'rate' in [sensor.wheel_speed]; expected one of rate_hz, noise_percent, noise_radps, "
+            "scale, bias_radps, quantum_radps, delay_s");
   EXPECT_EQ(refused_with("rate_hz = 50", "rate_h = 50"),
             "s.toml:6:1: unknown key 'rate_h' in [sensor.wheel_speed]; did you mean 'rate_hz'?");
   EXPECT_EQ(refused_with("[run]", "[runn]"), "s.toml:2:2: unknown key 'runn'; did you mean 'run'?");
@@ -299,7 +318,8 @@ TEST(ScenarioReader, RefusesValuesOutOfRange) {
   EXPECT_EQ(refused_with("[run]", "[run]\nwait_for = [\"a b\"]"),
             "s.toml:3:13: run.wait_for: found \"a b\", expected a name of 1 to 32 characters A-Z a-z 0-9 _ -");
   EXPECT_EQ(refused_with("[run]", "[run]\nwait_for = [\"ekf\", \"ekf\"]"), "s.toml:3:20: run.wait_for: \"ekf\" appears twice");
-  EXPECT_EQ(refused_with("\"unimog\"", "\"tractor\""), "s.toml:4:8: vehicle.type: found \"tractor\", expected \"unimog\"");
+  EXPECT_EQ(refused_with("\"unimog\"", "\"tractor\""),
+            "s.toml:4:8: vehicle.type: found \"tractor\", expected one of \"unimog\", \"quarter_car\"");
   EXPECT_EQ(refused_with("tuning = \"matched\"", "tuning = \"matchd\""),
             "s.toml:8:10: estimator.tuning: found \"matchd\", expected \"matched\"");
   EXPECT_EQ(refused_with("[tuning.matched]", "[tuning.matched]\nmhe_window = 0"),
@@ -320,8 +340,9 @@ TEST(ScenarioReader, RefusesWhatIsMissing) {
   EXPECT_EQ(refused_with("name = \"minimal\"", ""), "s.toml: missing key 'name'");
   EXPECT_EQ(refused_with("[vehicle]\ntype = \"unimog\"", ""), "s.toml: expected either [vehicle] or [recorded], found neither");
   EXPECT_EQ(refused_with("[run]", "[recorded]"), "s.toml: expected either [vehicle] or [recorded], found both");
-  EXPECT_EQ(refused_with("[sensor.wheel_speed]\nrate_hz = 50", ""),
-            "s.toml: sensor: no sensor; expected one of wheel_speed, accelerometer, yaw_rate, lateral_accelerometer, motor_current");
+  EXPECT_EQ(
+      refused_with("[sensor.wheel_speed]\nrate_hz = 50", ""),
+      "s.toml: sensor: no sensor; expected one of wheel_speed, accelerometer, yaw_rate, lateral_accelerometer, motor_current");
   EXPECT_EQ(refused(kMinimal.substr(0, kMinimal.find("[tuning"))), "s.toml: tuning: expected at least one table [tuning.NAME]");
   EXPECT_EQ(refused_with(", friction = 5e-3", ""), "s.toml:13:20: missing key 'friction' in [tuning.matched.process_variance]");
   EXPECT_EQ(refused_with("process_variance", "#"),
@@ -362,6 +383,30 @@ TEST(ScenarioReader, RefusesWhatDoesNotFitTogether) {
   EXPECT_EQ(recorded_with("column = \"amp\"", "colum = \"amp\""),
             "s.toml:13:1: unknown key 'colum' in [[recorded.input]]; did you mean 'column'?");
   EXPECT_EQ(recorded_with("column = \"amp\"", ""), "s.toml:10:1: missing key 'column' in [[recorded.input]]");
+}
+
+TEST(ScenarioReader, RefusesSensorErrorsThatMakeNoSense) {
+  const auto sensor_with = [](const std::string& line) { return refused_with("rate_hz = 50", "rate_hz = 50\n" + line); };
+  EXPECT_EQ(sensor_with("scale = 0"),
+            "s.toml:7:9: sensor.wheel_speed.scale: found 0, expected a number greater than 0 and at most 1000");
+  EXPECT_EQ(sensor_with("quantum_radps = -1"),
+            "s.toml:7:17: sensor.wheel_speed.quantum_radps: found -1, expected a number from 0 to 1000000000");
+  EXPECT_EQ(sensor_with("delay_s = 11"), "s.toml:7:11: sensor.wheel_speed.delay_s: found 11, expected a number from 0 to 10");
+  EXPECT_EQ(sensor_with("bias_radps = inf"),
+            "s.toml:7:14: sensor.wheel_speed.bias_radps: found inf, expected a finite number from -1000000000 to 1000000000");
+  EXPECT_EQ(sensor_with("bias_mps2 = 1"),
+            "s.toml:7:1: unknown key 'bias_mps2' in [sensor.wheel_speed]; did you mean 'bias_radps'?");
+  // A recorded drive's errors are in its data.
+  const auto recorded_with = [](const std::string& line) {
+    return refused(replaced(kRecorded, "rate_hz = 20", "rate_hz = 20\n" + line));
+  };
+  const std::string reason = ": only a simulated sensor can have one; a recorded drive has the errors of its own sensors";
+  EXPECT_EQ(recorded_with("scale = 1.1"), "s.toml:4:9: sensor.wheel_speed.scale" + reason);
+  EXPECT_EQ(recorded_with("bias_radps = 0.1"), "s.toml:4:14: sensor.wheel_speed.bias_radps" + reason);
+  EXPECT_EQ(recorded_with("quantum_radps = 0.1"), "s.toml:4:17: sensor.wheel_speed.quantum_radps" + reason);
+  EXPECT_EQ(recorded_with("delay_s = 0.1"), "s.toml:4:11: sensor.wheel_speed.delay_s" + reason);
+  load_scenario_text(replaced(kRecorded, "rate_hz = 20", "rate_hz = 20\nbias_radps = 0\nscale = 1"),
+                     "s.toml");  // none: accepted
 }
 
 TEST(ScenarioReader, RefusesSyntaxErrorsAndMissingFiles) {

@@ -46,11 +46,17 @@ TEST(TorqueCar, RefusalsWordForWord) {
   EXPECT_EQ(refusal([](TorqueCar&) {}), "(accepted)");
   EXPECT_EQ(refusal([](TorqueCar& c) { c.torque_time_s.clear(); }),
             "vehicle.torque_time_s: is empty, expected at least one time");
-  EXPECT_EQ(refusal([](TorqueCar& c) { c.torque_nm = {1.0, 2.0}; }),
+  EXPECT_EQ(refusal([](TorqueCar& c) {
+              c.torque_nm = {1.0, 2.0};
+            }),
             "vehicle.torque_nm: has 2 values, expected 1, one for each of vehicle.torque_time_s");
-  EXPECT_EQ(refusal([](TorqueCar& c) { c.torque_time_s = {0.0, 2.0, 2.0}, c.torque_nm = {1.0, 2.0, 3.0}; }),
+  EXPECT_EQ(refusal([](TorqueCar& c) {
+              c.torque_time_s = {0.0, 2.0, 2.0}, c.torque_nm = {1.0, 2.0, 3.0};
+            }),
             "vehicle.torque_time_s: expected increasing values, found 2.000000 after 2.000000");
-  EXPECT_EQ(refusal([](TorqueCar& c) { c.torque_time_s = {0.0, 2.0, 1.5}, c.torque_nm = {1.0, 2.0, 3.0}; }),
+  EXPECT_EQ(refusal([](TorqueCar& c) {
+              c.torque_time_s = {0.0, 2.0, 1.5}, c.torque_nm = {1.0, 2.0, 3.0};
+            }),
             "vehicle.torque_time_s: expected increasing values, found 1.500000 after 2.000000");
 }
 
@@ -93,8 +99,9 @@ TEST(TorqueCar, DerivativeAgainstTheDocumentsEquations) {
   const double mu = 0.3 * std::sin(2.0 * std::atan(bl - 1.0 * (bl - std::atan(bl))));  // snow: Table 1
   const double mg = 431.0 * 9.81;
   const auto rate = c.derivative<double>(state(w, v), 1);
-  EXPECT_NEAR(rate[0], (300.0 - mu * mg * 0.3 - 0.015 * mg * 0.3 - 0.4 * w) / 2.1, 1e-8);  // regularised sgn: 3e-10 of 9 rad/s^2
-  EXPECT_NEAR(rate[1], mu * 9.81 - 0.5 * 1.225 * 0.45 * 2.0 * v * v / 431.0, 1e-13);      // rounding
+  EXPECT_NEAR(rate[0], (300.0 - mu * mg * 0.3 - 0.015 * mg * 0.3 - 0.4 * w) / 2.1,
+              1e-8);                                                                  // regularised sgn: 3e-10 of 9 rad/s^2
+  EXPECT_NEAR(rate[1], mu * 9.81 - 0.5 * 1.225 * 0.45 * 2.0 * v * v / 431.0, 1e-13);  // rounding
   EXPECT_EQ(rate[2], v);
   EXPECT_EQ(rate[3], 0.0);
   EXPECT_EQ(rate[4], 1.0);
@@ -121,9 +128,9 @@ TEST(TorqueCar, LoadTransferSatisfiesItsRelation) {
       const TorqueCar c = prepared([k](TorqueCar& p) { p.surface = "dry", p.load_transfer = k; });
       const State x = state(w, 5.0);
       const double a = named(c, x, 1, "a_x_mps2"), n = named(c, x, 1, "normal_force_n"), mu = named(c, x, 1, "friction");
-      EXPECT_NEAR(n, 431.0 * (9.81 + k * a), 1e-9);                                                // rounding of 4e3 N
-      EXPECT_NEAR(431.0 * a, mu * n - 0.5 * 1.225 * 0.45 * 2.0 * 25.0, 1e-9);                      // the same
-      EXPECT_NEAR(c.derivative<double>(x, 1)[0], (200.0 - (mu + 0.015) * n * 0.3) / 2.1, 1e-7);    // regularised sgn
+      EXPECT_NEAR(n, 431.0 * (9.81 + k * a), 1e-9);                                              // rounding of 4e3 N
+      EXPECT_NEAR(431.0 * a, mu * n - 0.5 * 1.225 * 0.45 * 2.0 * 25.0, 1e-9);                    // the same
+      EXPECT_NEAR(c.derivative<double>(x, 1)[0], (200.0 - (mu + 0.015) * n * 0.3) / 2.1, 1e-7);  // regularised sgn
     }
   EXPECT_EQ(named(prepared([](TorqueCar&) {}), state(20.0, 5.0), 1, "normal_force_n"), 431.0 * 9.81);
 }

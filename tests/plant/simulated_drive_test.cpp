@@ -2,12 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "common/random.hpp"
 #include "common/refusal.hpp"
 
 namespace slipstream {
@@ -221,6 +223,87 @@ TEST(SimulatedDrive, SameSeedSameBitsOtherSeedOtherNoiseSameTruth) {
   int equal = 0;
   for (std::size_t k = 0; k < a.channel.at(1).size(); ++k) equal += a.channel.at(1)[k].value == b.channel.at(1)[k].value;
   EXPECT_EQ(equal, 0);  // two doubles of 53 random bits
+}
+
+// --- Other errors -----------------------------------------------------------------------------------------------------
+
+// Without errors a reading is h + sigma(h) xi of the sensor's own stream, to the bit.
+TEST(SimulatedDrive, WithoutErrorsOnlyTheNoiseIsAdded) {
+  const Scenario s = unimog(5.0);
+  const Played p = play(s);
+  const std::size_t truth[]{kWheel, kAx};
+  for (int c = 0; c < 2; ++c) {
+    RandomStream random(s.run.seed, 0, "sensor." + s.sensors[static_cast<std::size_t>(c)].type);
+    for (const Sample& x : p.channel.at(c + 1)) {
+      const double h = p.truth.at(x.utime)[truth[c]];
+      EXPECT_EQ(x.value, h + std::sqrt(0.05 * 0.05 * (h * h + 0.0) + 0.0) * random.normal());
+    }
+  }
+}
+
+TEST(SimulatedDrive, ScaleAndBiasOfANoiseFreeSensorAreExact) {
+  Scenario s = unimog(2.0);
+  s.sensors[0].noise = {};
+  s.sensors[0].errors.scale = 1.5;
+  s.sensors[0].errors.bias = -0.25;
+  const Played p = play(s);
+  for (const Sample& x : p.channel.at(1)) EXPECT_EQ(x.value, 1.5 * p.truth.at(x.utime)[kWheel] - 0.25);
+}
+
+TEST(SimulatedDrive, BiasIsTheMeanOfTheError) {
+  Scenario s = unimog(10.0);
+  s.plant.truth_rate_hz = s.sensors[0].rate_hz = 1000.0;
+  s.sensors[0].noise = {0.0, 0.2};
+  s.sensors[0].errors.bias = 0.7;
+  const auto xi = deviates(play(s), 1, kWheel, 0.0, 0.2);
+  ASSERT_EQ(xi.size(), 10001u);
+  EXPECT_NEAR(mean_of(xi, [](double v) { return 0.2 * v; }), 0.7, 4.0 * 0.2 / 100.0);  // 4 standard errors
+}
+
+TEST(SimulatedDrive, AQuantisedSensorShowsTheNearestMultiples) {
+  Scenario s = unimog(5.0);
+  s.sensors[0].noise = {};
+  s.sensors[0].errors.quantum = 0.25;
+  const Played p = play(s);
+  double worst = 0.0;
+  for (const Sample& x : p.channel.at(1)) {
+    EXPECT_EQ(x.value / 0.25, std::round(x.value / 0.25));  // a quarter is exact in binary
+    worst = std::max(worst, std::abs(x.value - p.truth.at(x.utime)[kWheel]));
+  }
+  EXPECT_LE(worst, 0.125);  // half a quantum
+  EXPECT_GT(worst, 0.1);    // which 501 values come close to
+}
+
+// A sample taken at k / rate is published a delay later, and nothing else moves.
+TEST(SimulatedDrive, ADelayedSensorPublishesWhatItTook) {
+  Scenario s = unimog(3.0);
+  for (SensorConfig& sensor : s.sensors) sensor.noise = {};
+  const Played prompt = play(s);
+  for (const double delay_s : {0.02, 0.0035, 0.1}) {  // whole periods, between the samples, ten samples on the way
+    s.sensors[0].errors.delay_s = delay_s;
+    const Played p = play(s);
+    const auto delay = static_cast<Utime>(std::llround(1e6 * delay_s));
+    std::vector<Sample> expected;
+    for (const Sample& x : prompt.channel.at(1))
+      if (x.utime + delay <= 3'000'000) expected.push_back({x.utime + delay, x.value});
+    EXPECT_EQ(p.channel.at(1), expected) << delay_s;
+    EXPECT_EQ(p.channel.at(2), prompt.channel.at(2));
+    EXPECT_EQ(p.truth, prompt.truth);
+    for (const DriveEpoch& e : p.epochs) EXPECT_FALSE(e.readings.empty() && e.truth.empty()) << e.utime;
+  }
+}
+
+// Samples may be taken at instants that have nothing to publish.
+TEST(SimulatedDrive, ADelayedSensorAloneMakesNoEmptyEpochs) {
+  Scenario s = unimog(1.0);
+  s.sensors.resize(1);
+  s.sensors[0].noise = {};
+  s.sensors[0].rate_hz = 90.0;
+  s.sensors[0].errors.delay_s = 0.0023;
+  s.plant.input_rate_hz = s.plant.truth_rate_hz = 1.0;
+  const Played p = play(s);
+  EXPECT_EQ(p.channel.at(1).size(), 90u);  // the 91st is taken at the end and never arrives
+  for (const DriveEpoch& e : p.epochs) EXPECT_FALSE(e.readings.empty() && e.truth.empty()) << e.utime;
 }
 
 }  // namespace

@@ -31,7 +31,8 @@ TEST(TorqueCarRun, SpinsUpWithoutGrip) {
   for (int k = 1; k <= 200; ++k) {
     const double t = 0.01 * k, decay = std::exp(-0.01 * t / 3.2e-3);
     run.advance(t);
-    EXPECT_NEAR(run.state()[0], decay + 75.0 * (1.0 - decay), 1e-6 * 75.0) << t;  // tolerance 1e-8 a step, about a hundred steps
+    EXPECT_NEAR(run.state()[0], decay + 75.0 * (1.0 - decay), 1e-6 * 75.0)
+        << t;  // tolerance 1e-8 a step, about a hundred steps
     EXPECT_EQ(run.state()[1], 0.033) << "no grip, no drag: the speed stays";
     EXPECT_NEAR(run.state()[2], 0.033 * t, 1e-9);
   }
@@ -45,7 +46,7 @@ TEST(TorqueCarRun, ConstantFrictionAcceleratesUniformly) {
                                    }),
                                    kTolerances);
   run.advance(8.0);
-  EXPECT_NEAR(run.state()[1], 1.5 + 0.15 * 9.81 * 8.0, 1e-6);                                    // 1e-8 a step
+  EXPECT_NEAR(run.state()[1], 1.5 + 0.15 * 9.81 * 8.0, 1e-6);                                 // 1e-8 a step
   EXPECT_NEAR(run.state()[0], 5.0 + (220.0 - 0.165 * 431.0 * 9.81 * 0.3) / 2.1 * 8.0, 1e-5);  // and sgn's 2e-8 of 100 rad/s^2
 }
 
@@ -134,7 +135,9 @@ TEST(TorqueCarRun, PowerBalanceCloses) {
     c.motor_lag_s = 0.2, c.load_transfer = 0.25, c.quarter.viscous_friction_nms = 0.4;
   });
   VehicleSimulation<C> run(vehicle, kTolerances);
-  const auto kinetic_j = [&] { return 0.5 * 431.0 * run.state()[1] * run.state()[1] + 0.5 * 2.1 * run.state()[0] * run.state()[0]; };
+  const auto kinetic_j = [&] {
+    return 0.5 * 431.0 * run.state()[1] * run.state()[1] + 0.5 * 2.1 * run.state()[0] * run.state()[0];
+  };
   const double start_j = kinetic_j();
   for (int k = 1; k <= 60; ++k) {
     run.advance(0.1 * k);
