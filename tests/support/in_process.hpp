@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -20,7 +20,8 @@ struct Played {
   std::vector<std::vector<double>> truth;  // per instant
   std::vector<std::string> truth_names;
   std::vector<Estimate> estimates;
-  std::map<std::string, std::vector<double>> readings;  // per quantity: inputs and measurements
+  std::vector<std::vector<double>> inputs;    // per step: what the estimator was given
+  std::vector<std::vector<double>> measured;  // per step and output
 
   std::vector<double> truth_of(const std::string& name) const {
     for (std::size_t i = 0; i < truth_names.size(); ++i) {
@@ -41,6 +42,11 @@ struct Played {
     for (const Estimate& e : estimates) values.push_back(normalised_square(e.innovation, e.innovation_covariance));
     return values;
   }
+  std::vector<double> measured_of(std::size_t output) const {
+    std::vector<double> column;
+    for (const auto& row : measured) column.push_back(row[output]);
+    return column;
+  }
   std::size_t fallbacks() const {
     std::size_t count = 0;
     for (const Estimate& e : estimates) count += e.status != EstimateStatus::kValid ? 1U : 0U;
@@ -48,42 +54,56 @@ struct Played {
   }
 };
 
-// Truth and measurements must have the same rate, as in the shipped Unimog scenarios.
+// Any estimator, with a record of what it is given.
+class Overheard final : public Estimator {
+ public:
+  Overheard(std::unique_ptr<Estimator> estimator, Played& played) : estimator_(std::move(estimator)), played_(played) {}
+  ModelNames names() const override { return estimator_->names(); }
+  void start_given() override { estimator_->start_given(); }
+  bool start_measured(int output, double z) override { return estimator_->start_measured(output, z); }
+  void step(const StepInput& step) override {
+    played_.inputs.emplace_back(step.input.begin(), step.input.end());
+    played_.measured.emplace_back(step.measured_value.begin(), step.measured_value.end());
+    estimator_->step(step);
+  }
+  Posterior posterior() const override { return estimator_->posterior(); }
+
+ private:
+  std::unique_ptr<Estimator> estimator_;
+  Played& played_;
+};
+
+// Truth and measurements must have the same rate, as in the shipped simulated scenarios; inputs may have any.
 inline Played play(const Scenario& scenario, const std::string& algorithm, const std::string& tuning) {
   Played played;
   const auto drive = make_simulated_drive(scenario);
   played.truth_names = drive->truth_names();
   EstimatorSession session("test", 1, scenario, scenario.estimator.tunings.at(tuning),
-                           make_estimator(algorithm, scenario, tuning),
+                           std::make_unique<Overheard>(make_estimator(algorithm, scenario, tuning), played),
                            [&](const Estimate& e) { played.estimates.push_back(e); });
   std::vector<std::int64_t> seq(drive->quantities().size(), 0);
   DriveEpoch epoch;
   while (drive->next(epoch)) {
     for (const NamedValue& r : epoch.readings) {
       const auto channel = static_cast<std::size_t>(r.channel);
-      const std::string& quantity = drive->quantities()[channel];
-      session.on_reading({{epoch.utime, seq[channel]++, 1}, quantity, r.value});
-      played.readings[quantity].push_back(r.value);
+      session.on_reading({{epoch.utime, seq[channel]++, 1}, drive->quantities()[channel], r.value});
     }
     session.on_tick(epoch.utime);
+    if (epoch.truth.empty()) continue;  // only inputs at this instant
     played.utime.push_back(epoch.utime);
     played.truth.push_back(epoch.truth);
   }
   return played;
 }
 
-// h(x) after each update, one series per output, with the inputs that the estimator had: those of the instant before, which hold
-// until the next.
+// h(x) after each update, one series per output, with the inputs that the estimator had.
 template <ProcessModel M>
 std::array<std::vector<double>, M::kOutputs> estimated_outputs(const M& model, const Played& played) {
   std::array<std::vector<double>, M::kOutputs> series;
-  Vector<double, M::kStates> x;
-  Vector<double, M::kInputs> u;
   for (std::size_t k = 0; k < played.estimates.size(); ++k) {
-    for (int i = 0; i < M::kStates; ++i) x[i] = played.estimates[k].mean[static_cast<std::size_t>(i)];
-    for (int i = 0; i < M::kInputs; ++i)
-      u[i] = played.readings.at(std::string(M::kInputNames[static_cast<std::size_t>(i)].name))[k == 0 ? 0 : k - 1];
-    const auto z = model.output(x, u);
+    const auto z =
+        model.output(Vector<double, M::kStates>(Eigen::Map<const Vector<double, M::kStates>>(played.estimates[k].mean.data())),
+                     Vector<double, M::kInputs>(Eigen::Map<const Vector<double, M::kInputs>>(played.inputs[k].data())));
     for (int i = 0; i < M::kOutputs; ++i) series[static_cast<std::size_t>(i)].push_back(z[i]);
   }
   return series;
