@@ -154,6 +154,8 @@ void read_recorded(TomlTable& t, RecordedConfig& recorded, const std::vector<Sen
   for (const SensorConfig& sensor : sensors)
     if (!has(recorded.sensors, sensor.quantity))
       t.refuse("sensor", "no column for '" + sensor.quantity + "' of [sensor." + sensor.type + "]");
+  for (const RecordedColumn& input : recorded.inputs)
+    if (has(recorded.sensors, input.quantity)) t.refuse("input", "'" + input.quantity + "' is also in [[recorded.sensor]]");
   if (recorded.path_speed && has(recorded.truth, "speed_mps"))
     t.refuse("path_speed", "'speed_mps' is also in [[recorded.truth]]");
 }
@@ -161,27 +163,30 @@ void read_recorded(TomlTable& t, RecordedConfig& recorded, const std::vector<Sen
 // What one section asks of another.
 void check_together(const TomlTable& root, const Scenario& s) {
   if (s.sensors.empty()) root.refuse("sensor", "no sensor" + suggestion("", sensor_names()));
+  std::vector<std::string> offered;  // to the model as inputs: a sensor's reading may be one
+  for (const SensorConfig& sensor : s.sensors) offered.push_back(sensor.quantity);
   if (s.recorded) {
+    for (const RecordedColumn& c : s.recorded->inputs) offered.push_back(c.quantity);
+  } else {
     std::visit(
-        [&](const auto& process) {
-          for (const Quantity& q : process.kInputNames)
-            if (std::none_of(s.recorded->inputs.begin(), s.recorded->inputs.end(),
-                             [&](const RecordedColumn& c) { return c.quantity == q.name; }))
-              root.refuse("recorded", "no input '" + std::string(q.name) + "', which the model '" + std::string(process.kName) +
-                                          "' of [estimator.model] needs");
+        [&](const auto& vehicle) {
+          const auto shown = names_of(vehicle.kTruth);
+          for (const SensorConfig& sensor : s.sensors)
+            if (std::find(shown.begin(), shown.end(), sensor.quantity) == shown.end())
+              root.refuse("sensor", "the vehicle '" + std::string(vehicle.kName) + "' does not show '" + sensor.quantity +
+                                        "', which [sensor." + sensor.type + "] measures");
+          for (const Quantity& q : vehicle.kInputs) offered.emplace_back(q.name);
         },
-        s.estimator.process);
-    return;
+        s.plant.vehicle);
   }
   std::visit(
-      [&](const auto& vehicle) {
-        const auto shown = names_of(vehicle.kTruth);
-        for (const SensorConfig& sensor : s.sensors)
-          if (std::find(shown.begin(), shown.end(), sensor.quantity) == shown.end())
-            root.refuse("sensor", "the vehicle '" + std::string(vehicle.kName) + "' does not show '" + sensor.quantity +
-                                      "', which [sensor." + sensor.type + "] measures");
+      [&](const auto& process) {
+        for (const Quantity& q : process.kInputNames)
+          if (std::find(offered.begin(), offered.end(), q.name) == offered.end())
+            root.refuse(s.recorded ? "recorded" : "vehicle", "no input '" + std::string(q.name) + "', which the model '" +
+                                                                 std::string(process.kName) + "' of [estimator.model] needs");
       },
-      s.plant.vehicle);
+      s.estimator.process);
 }
 
 LoadedScenario resolve(const TomlDocument& document, const std::string& source) {

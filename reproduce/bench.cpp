@@ -18,6 +18,24 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 bool is_usable(EstimateStatus s) { return s == EstimateStatus::kValid || s == EstimateStatus::kFallback; }
 
+// Any estimator, with a record of the input of its last step: h(x^, u) belongs to that.
+class Overheard final : public Estimator {
+ public:
+  Overheard(std::unique_ptr<Estimator> estimator, std::vector<double>& input) : estimator_(std::move(estimator)), input_(input) {}
+  ModelNames names() const override { return estimator_->names(); }
+  void start_given() override { estimator_->start_given(); }
+  bool start_measured(int output, double z) override { return estimator_->start_measured(output, z); }
+  void step(const StepInput& step) override {
+    input_.assign(step.input.begin(), step.input.end());
+    estimator_->step(step);
+  }
+  Posterior posterior() const override { return estimator_->posterior(); }
+
+ private:
+  std::unique_ptr<Estimator> estimator_;
+  std::vector<double>& input_;
+};
+
 // One estimator with its session, writing into its track.
 class Listener {
  public:
@@ -25,32 +43,22 @@ class Listener {
       : tuning_(scenario.estimator.tunings.at(follower.tuning)),
         process_(tuning_.process ? *tuning_.process : scenario.estimator.process),
         nees_states_(nees_states),
-        session_(follower.algorithm, 1, scenario, tuning_, make_estimator(follower.algorithm, scenario, follower.tuning),
+        session_(follower.algorithm, 1, scenario, tuning_,
+                 std::make_unique<Overheard>(make_estimator(follower.algorithm, scenario, follower.tuning), input_),
                  [this](const Estimate& e) { add(e); }) {
     track_.label = follower.label.empty() ? follower.algorithm : follower.label;
     const ModelNames names = session_.estimator().names();
     for (const Quantity& q : names.states) track_.states.emplace_back(q.name);
     for (const Quantity& q : names.outputs) track_.outputs.emplace_back(q.name);
-    for (const Quantity& q : names.inputs) inputs_.emplace_back(q.name);
     track_.mean.resize(track_.states.size());
     track_.sigma.resize(track_.states.size());
     track_.interval_low.resize(track_.states.size());
     track_.interval_high.resize(track_.states.size());
     track_.output.resize(track_.outputs.size());
-    next_input_.assign(inputs_.size(), kNan);
   }
 
-  void on_reading(const Reading& r) {
-    session_.on_reading(r);
-    for (std::size_t i = 0; i < inputs_.size(); ++i)
-      if (inputs_[i] == r.quantity) next_input_[i] = r.value;
-  }
-  // A step's input is what held since the instant before, and h(x^, u) belongs to that.
-  void on_tick(Utime utime) {
-    if (track_.utime.empty()) input_ = next_input_;
-    session_.on_tick(utime);
-    input_ = next_input_;
-  }
+  void on_reading(const Reading& r) { session_.on_reading(r); }
+  void on_tick(Utime utime) { session_.on_tick(utime); }
 
   // Truth at the track's instants decides the NEES.
   Track finish(const Played& played) {
@@ -103,12 +111,12 @@ class Listener {
         [&]<typename M>(const M& model) {
           Vector<double, M::kStates> x;
           Vector<double, M::kInputs> u;
-          if (n != M::kStates || inputs_.size() != M::kInputs || !usable) {
+          if (n != M::kStates || input_.size() != M::kInputs || !usable) {
             for (auto& column : track_.output) column.push_back(kNan);
             return;
           }
           for (std::size_t i = 0; i < n; ++i) x[static_cast<int>(i)] = e.mean[i];
-          for (std::size_t i = 0; i < inputs_.size(); ++i) u[static_cast<int>(i)] = input_[i];
+          for (std::size_t i = 0; i < input_.size(); ++i) u[static_cast<int>(i)] = input_[i];
           const Vector<double, M::kOutputs> z = model.output(x, u);
           for (std::size_t i = 0; i < track_.output.size(); ++i) track_.output[i].push_back(z[static_cast<int>(i)]);
         },
@@ -118,10 +126,9 @@ class Listener {
   Tuning tuning_;
   AnyProcess process_;
   std::vector<std::string> nees_states_;
+  std::vector<double> input_;  // of the last step
   EstimatorSession session_;
   Track track_;
-  std::vector<std::string> inputs_;
-  std::vector<double> input_, next_input_;
   std::vector<double> covariance_;  // rows of n * n
 };
 

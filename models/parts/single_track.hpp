@@ -16,7 +16,7 @@
 namespace slipstream {
 
 struct SingleTrack {
-  double mass_kg = 2.8;  // the scale car's: document 002, Table 10
+  double mass_kg = 2.8;         // the scale car's: document 002, Table 10
   double front_axle_m = 0.134;  // a_1, from the centre of gravity
   double rear_axle_m = 0.122;   // a_2
   double yaw_inertia_kgm2 = 0.2;

@@ -6,9 +6,9 @@
 //
 // Document 002, eq. 6.1. W: X, Y level, psi from X towards Y, not wrapped: three laps end at 6 pi.
 // psi, X and Y are not observable: nothing measured depends on them. They are counted on from the start, and their uncertainty
-// only grows; who starts from a measurement counts from the tuning's pose. C_1 and C_2 are observable only while the tyres slip:
-// when driving straight, a_y and w_z do not depend on them.
-// w is a sensor's reading: its noise goes through v_x into v_y' (w_z v_x) and X', Y' and must be part of the process noise.
+// only grows; who starts from a measurement counts from the tuning's pose. C_1 and C_2 are observable only while the tyres
+// slip: when driving straight, a_y and w_z do not depend on them. w is a sensor's reading: its noise goes through v_x into v_y'
+// (w_z v_x) and X', Y' and must be part of the process noise.
 #pragma once
 
 #include "models/parts/single_track.hpp"

@@ -3,9 +3,10 @@
 //   v_y' = a_y - w_z v_x,   w_z' as in parts/single_track.hpp,   psi' = w_z                       (document 002, eqs 3.16, 6.1)
 //   X' = v_x cos psi - v_y sin psi,   Y' = v_x sin psi + v_y cos psi,   t' = 1
 //
-// State: v_y, w_z, psi, X, Y, t. The speed v_x(t) is prescribed, there are no longitudinal dynamics, and the wheel rolls: v_x = r w.
-// Mode: how many points of the timetables are past; each is an event. Steering and speed are linear between their points,
-// constant before the first and after the last. psi is not wrapped: three laps to the left end at 6 pi. The run starts at X = Y = 0.
+// State: v_y, w_z, psi, X, Y, t. The speed v_x(t) is prescribed, there are no longitudinal dynamics, and the wheel rolls: v_x =
+// r w. Mode: how many points of the timetables are past; each is an event. Steering and speed are linear between their points,
+// constant before the first and after the last. psi is not wrapped: three laps to the left end at 6 pi. The run starts at X = Y
+// = 0.
 #pragma once
 
 #include <algorithm>
@@ -39,8 +40,8 @@ struct Bicycle {
   using State = Vector<double, kStates>;
 
   SingleTrack track;
-  double front_stiffness_npr = 4.0;  // C_1, N/rad
-  double rear_stiffness_npr = 4.0;   // C_2
+  double front_stiffness_npr = 4.0;               // C_1, N/rad
+  double rear_stiffness_npr = 4.0;                // C_2
   std::vector<double> steering_time_s{1.0, 2.0};  // pulls away and turns left
   std::vector<double> steering_rad{0.0, 0.2};
   std::vector<double> speed_time_s{0.0, 1.5};
@@ -118,8 +119,9 @@ struct Bicycle {
   std::array<double, kTruth.size()> truth(const State& x, const Mode& mode) const {
     const double v_x = speed(x[5], mode), delta = steering(x[5], mode);
     const auto a = track.accelerations(x[0], x[1], v_x, delta, front_stiffness_npr, rear_stiffness_npr);
-    return {x[0], x[1], x[2], x[3], x[4], front_stiffness_npr, rear_stiffness_npr, a.lateral_mps2,
-            v_x,  v_x / track.wheel_radius_m, delta};
+    return {
+        x[0], x[1], x[2], x[3], x[4], front_stiffness_npr, rear_stiffness_npr, a.lateral_mps2, v_x, v_x / track.wheel_radius_m,
+        delta};
   }
 
  private:
@@ -152,7 +154,7 @@ struct Bicycle {
     return {from_s, value[next - 1] + rate * (from_s - time_s[next - 1]), rate};
   }
 
-  std::vector<double> points_s_;       // of both timetables, increasing
+  std::vector<double> points_s_;        // of both timetables, increasing
   std::vector<Line> steering_, speed_;  // one per mode
 };
 

@@ -77,6 +77,8 @@ std::string refused_with(const std::string& from, const std::string& to) { retur
 const LongitudinalFriction& model_of(const Scenario& s) { return std::get<LongitudinalFriction>(s.estimator.process); }
 const Unimog& unimog_of(const Scenario& s) { return std::get<Unimog>(s.plant.vehicle); }
 
+const std::string kVehicles = "one of \"unimog\", \"quarter_car\", \"suspended_wheel\", \"bicycle\"";  // models/registry.hpp
+
 // Every field, bit by bit, as text.
 struct Bits {
   std::string text;
@@ -271,6 +273,20 @@ TEST(ScenarioReader, RefusesUnknownKeysWithASuggestion) {
             "s.toml:9:1: unknown key 'bound' in [estimator]; did you mean 'bounds'?");
 }
 
+TEST(ScenarioReader, RefusesAModelWhoseInputsNobodyOffers) {
+  const std::string lateral = replaced(replaced(kMinimal, "type = \"longitudinal_friction\"", "type = \"lateral_bicycle\""),
+                                       kMinimal.substr(kMinimal.find("process_variance")), R"(start = "measured"
+process_variance = { lateral_speed_mps = 1, yaw_rate_radps = 1, heading_rad = 1, x_m = 1, y_m = 1, front_stiffness_npr = 1, rear_stiffness_npr = 1 }
+initial_variance = { lateral_speed_mps = 1, yaw_rate_radps = 1, heading_rad = 1, x_m = 1, y_m = 1, front_stiffness_npr = 1, rear_stiffness_npr = 1 }
+)");
+  EXPECT_EQ(refused(lateral),
+            "s.toml:3:1: vehicle: no input 'steering_angle_rad', which the model 'lateral_bicycle' of [estimator.model] needs");
+  const std::string bicycle = replaced(lateral, "type = \"unimog\"", "type = \"bicycle\"");
+  EXPECT_EQ(refused(bicycle), "(not refused)") << "the wheel speed is a sensor's";
+  EXPECT_EQ(refused(replaced(bicycle, "[sensor.wheel_speed]", "[sensor.yaw_rate]")),
+            "s.toml:3:1: vehicle: no input 'wheel_speed_radps', which the model 'lateral_bicycle' of [estimator.model] needs");
+}
+
 TEST(ScenarioReader, RefusesWrongTypes) {
   EXPECT_EQ(refused_with("rate_hz = 50", "rate_hz = \"fast\""),
             "s.toml:6:11: sensor.wheel_speed.rate_hz: found \"fast\", expected a number greater than 0 and at most 10000");
@@ -318,8 +334,7 @@ TEST(ScenarioReader, RefusesValuesOutOfRange) {
   EXPECT_EQ(refused_with("[run]", "[run]\nwait_for = [\"a b\"]"),
             "s.toml:3:13: run.wait_for: found \"a b\", expected a name of 1 to 32 characters A-Z a-z 0-9 _ -");
   EXPECT_EQ(refused_with("[run]", "[run]\nwait_for = [\"ekf\", \"ekf\"]"), "s.toml:3:20: run.wait_for: \"ekf\" appears twice");
-  EXPECT_EQ(refused_with("\"unimog\"", "\"tractor\""),
-            "s.toml:4:8: vehicle.type: found \"tractor\", expected one of \"unimog\", \"quarter_car\"");
+  EXPECT_EQ(refused_with("\"unimog\"", "\"tractor\""), "s.toml:4:8: vehicle.type: found \"tractor\", expected " + kVehicles);
   EXPECT_EQ(refused_with("tuning = \"matched\"", "tuning = \"matchd\""),
             "s.toml:8:10: estimator.tuning: found \"matchd\", expected \"matched\"");
   EXPECT_EQ(refused_with("[tuning.matched]", "[tuning.matched]\nmhe_window = 0"),
@@ -336,7 +351,7 @@ TEST(ScenarioReader, RefusesValuesOutOfRange) {
 
 TEST(ScenarioReader, RefusesWhatIsMissing) {
   EXPECT_EQ(refused_with("rate_hz = 50", ""), "s.toml:5:1: missing key 'rate_hz' in [sensor.wheel_speed]");
-  EXPECT_EQ(refused_with("type = \"unimog\"", ""), "s.toml:3:1: missing key 'type' in [vehicle], expected \"unimog\"");
+  EXPECT_EQ(refused_with("type = \"unimog\"", ""), "s.toml:3:1: missing key 'type' in [vehicle], expected " + kVehicles);
   EXPECT_EQ(refused_with("name = \"minimal\"", ""), "s.toml: missing key 'name'");
   EXPECT_EQ(refused_with("[vehicle]\ntype = \"unimog\"", ""), "s.toml: expected either [vehicle] or [recorded], found neither");
   EXPECT_EQ(refused_with("[run]", "[recorded]"), "s.toml: expected either [vehicle] or [recorded], found both");
@@ -376,6 +391,8 @@ TEST(ScenarioReader, RefusesWhatDoesNotFitTogether) {
   EXPECT_EQ(
       recorded_with("[[recorded.input]]\nquantity = \"drive_torque_nm\"", "[[recorded.truth]]\nquantity = \"slip\""),
       "s.toml:4:1: recorded: no input 'drive_torque_nm', which the model 'longitudinal_friction' of [estimator.model] needs");
+  EXPECT_EQ(recorded_with("quantity = \"drive_torque_nm\"", "quantity = \"wheel_speed_radps\""),
+            "s.toml:10:1: recorded.input: 'wheel_speed_radps' is also in [[recorded.sensor]]");
   EXPECT_EQ(recorded_with("\"motor.csv\"", "\"../motor.csv\""),
             "s.toml:7:8: recorded.sensor.file: found \"../motor.csv\", expected a file inside the data folder");
   EXPECT_EQ(recorded_with("scale = 0.1", "scale = 0"),

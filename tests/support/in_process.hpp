@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -23,6 +23,8 @@ struct Played {
   std::vector<std::vector<double>> readings;  // per instant; NaN where there was none
   std::vector<std::string> reading_names;
   std::vector<Estimate> estimates;
+  std::vector<std::vector<double>> inputs;    // per step: what the estimator was given
+  std::vector<std::vector<double>> measured;  // per step and output
 
   std::vector<double> truth_of(const std::string& name) const { return column_of(name, truth_names, truth); }
   std::vector<double> reading_of(const std::string& name) const { return column_of(name, reading_names, readings); }
@@ -35,6 +37,11 @@ struct Played {
     std::vector<double> values;
     for (const Estimate& e : estimates) values.push_back(normalised_square(e.innovation, e.innovation_covariance));
     return values;
+  }
+  std::vector<double> measured_of(std::size_t output) const {
+    std::vector<double> column;
+    for (const auto& row : measured) column.push_back(row[output]);
+    return column;
   }
   std::size_t fallbacks() const {
     std::size_t count = 0;
@@ -53,7 +60,26 @@ struct Played {
   }
 };
 
-// Truth and measurements must have the same rate, as in the shipped simulated scenarios. An instant without an estimate, while
+// Any estimator, with a record of what it is given.
+class Overheard final : public Estimator {
+ public:
+  Overheard(std::unique_ptr<Estimator> estimator, Played& played) : estimator_(std::move(estimator)), played_(played) {}
+  ModelNames names() const override { return estimator_->names(); }
+  void start_given() override { estimator_->start_given(); }
+  bool start_measured(int output, double z) override { return estimator_->start_measured(output, z); }
+  void step(const StepInput& step) override {
+    played_.inputs.emplace_back(step.input.begin(), step.input.end());
+    played_.measured.emplace_back(step.measured_value.begin(), step.measured_value.end());
+    estimator_->step(step);
+  }
+  Posterior posterior() const override { return estimator_->posterior(); }
+
+ private:
+  std::unique_ptr<Estimator> estimator_;
+  Played& played_;
+};
+
+// Truth and measurements must have the same rate, as in the shipped simulated scenarios; inputs may have any. An instant without an estimate, while
 // the first measurement is still on its way, is not scored.
 inline Played play(const Scenario& scenario, const std::string& algorithm, const std::string& tuning) {
   Played played;
@@ -61,7 +87,7 @@ inline Played play(const Scenario& scenario, const std::string& algorithm, const
   played.truth_names = drive->truth_names();
   played.reading_names = drive->quantities();
   EstimatorSession session("test", 1, scenario, scenario.estimator.tunings.at(tuning),
-                           make_estimator(algorithm, scenario, tuning),
+                           std::make_unique<Overheard>(make_estimator(algorithm, scenario, tuning), played),
                            [&](const Estimate& e) { played.estimates.push_back(e); });
   std::vector<std::int64_t> seq(drive->quantities().size(), 0);
   DriveEpoch epoch;
@@ -80,19 +106,14 @@ inline Played play(const Scenario& scenario, const std::string& algorithm, const
   return played;
 }
 
-// h(x) after each update, one series per output, with the inputs that the estimator had: those of the instant before, which hold
-// until the next.
+// h(x) after each update, one series per output, with the inputs that the estimator had.
 template <ProcessModel M>
 std::array<std::vector<double>, M::kOutputs> estimated_outputs(const M& model, const Played& played) {
   std::array<std::vector<double>, M::kOutputs> series;
-  Vector<double, M::kStates> x;
-  Vector<double, M::kInputs> u;
-  std::array<std::vector<double>, M::kInputs> inputs;
-  for (std::size_t i = 0; i < M::kInputs; ++i) inputs[i] = played.reading_of(std::string(M::kInputNames[i].name));
   for (std::size_t k = 0; k < played.estimates.size(); ++k) {
-    for (int i = 0; i < M::kStates; ++i) x[i] = played.estimates[k].mean[static_cast<std::size_t>(i)];
-    for (int i = 0; i < M::kInputs; ++i) u[i] = inputs[static_cast<std::size_t>(i)][k == 0 ? 0 : k - 1];
-    const auto z = model.output(x, u);
+    const auto z =
+        model.output(Vector<double, M::kStates>(Eigen::Map<const Vector<double, M::kStates>>(played.estimates[k].mean.data())),
+                     Vector<double, M::kInputs>(Eigen::Map<const Vector<double, M::kInputs>>(played.inputs[k].data())));
     for (int i = 0; i < M::kOutputs; ++i) series[static_cast<std::size_t>(i)].push_back(z[i]);
   }
   return series;

@@ -13,11 +13,11 @@ struct LateralScores {
   std::array<double, 2> r2_true;      // of the same against the truth
   std::array<double, 2> r2_limit;     // of the truth against the measurements: what a perfect estimate gets
   double r2_lateral_speed;
-  double end_error_m;   // of the position, at the end
-  double front, rear;   // stiffnesses at the end, N/rad
-  double nis_mean;      // dimension 2
-  double nees_mean;     // over the run, of v_y, w_z, C_1, C_2: dimension 4
-  double nees_end;      // at the end
+  double end_error_m;  // of the position, at the end
+  double front, rear;  // stiffnesses at the end, N/rad
+  double nis_mean;     // dimension 2
+  double nees_mean;    // over the run, of v_y, w_z, C_1, C_2: dimension 4
+  double nees_end;     // at the end
   std::size_t fallbacks;
 };
 
@@ -29,7 +29,7 @@ inline LateralScores lateral_scores(const Scenario& scenario, const std::string&
   const auto z_hat = estimated_outputs(model, played);
   for (std::size_t k = 0; k < 2; ++k) {
     const std::string name(LateralBicycle::kOutputNames[k].name);
-    const auto& z = played.readings.at(name);
+    const auto z = played.measured_of(k);
     const auto truth = played.truth_of(name);
     s.r2_measured[k] = score_state(z, z_hat[k]).r2;
     s.r2_true[k] = score_state(truth, z_hat[k]).r2;

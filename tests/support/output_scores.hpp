@@ -16,17 +16,10 @@ inline std::vector<double> estimated_output(const Played& played, const Scenario
   const Tuning& t = scenario.estimator.tunings.at(tuning);
   return std::visit(
       [&]<typename M>(const M& model) {
-        std::vector<double> column;
-        for (int i = 0; i < M::kOutputs; ++i) {
-          if (M::kOutputNames[static_cast<std::size_t>(i)].name != output) continue;
-          for (std::size_t k = 0; k < played.estimates.size(); ++k) {
-            Vector<double, M::kInputs> u;
-            for (int j = 0; j < M::kInputs; ++j) u[j] = played.readings[k][static_cast<std::size_t>(j)];  // inputs come first
-            const Vector<double, M::kStates> x = Eigen::Map<const Vector<double, M::kStates>>(played.estimates[k].mean.data());
-            column.push_back(model.template output<double>(x, u)[i]);
-          }
-        }
-        return column;
+        const auto outputs = estimated_outputs(model, played);
+        for (std::size_t i = 0; i < outputs.size(); ++i)
+          if (M::kOutputNames[i].name == output) return outputs[i];
+        return std::vector<double>{};
       },
       t.process ? *t.process : scenario.estimator.process);
 }
