@@ -126,7 +126,7 @@ RollingDrive identify_rolling_drive(const std::vector<DriveRun>& runs, double to
   problem.response = [&](const std::vector<double>& theta, std::vector<double>& y) {
     responses(runs, Hold::kLinear, {theta[0], theta[1]},
               [&](const DriveRun& run, std::size_t k) {
-                return torque_constant_nmpa * run.input[k] - std::copysign(theta[2], run.speed.front());
+                return torque_constant_nmpa * run.input[k] - theta[2] * std::copysign(1.0, run.speed.front());
               },
               y);
   };

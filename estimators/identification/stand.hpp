@@ -31,7 +31,7 @@ struct StandSettings {
   double cutoff_hz = 25.0;    // of the low-pass
   double min_inertia_kgm2 = 1e-4, max_inertia_kgm2 = 2e-2;  // the swarm's box
   double min_friction_nms = 1e-4, max_friction_nms = 1e-1;
-  SwarmSettings swarm;
+  SwarmSettings swarm{};
 };
 
 // A line of Table 6, and the curve of Figure 17.
