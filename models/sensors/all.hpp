@@ -11,6 +11,7 @@
 
 namespace slipstream {
 
-inline constexpr std::array kSensorTypes{kWheelSpeedSensor, kAccelerometer, kYawRateSensor, kLateralAccelerometer, kMotorCurrentSensor};
+inline constexpr std::array kSensorTypes{kWheelSpeedSensor, kAccelerometer, kYawRateSensor, kLateralAccelerometer,
+                                         kMotorCurrentSensor};
 
 }  // namespace slipstream

@@ -64,7 +64,8 @@ int delay(const std::vector<double>& x, const std::vector<double>& y) {
   int at_lag = 1000;
   for (int lag = -50; lag <= 50; ++lag) {
     double sum = 0.0;
-    for (int k = 50; k < static_cast<int>(x.size()) - 50; ++k) sum += x[static_cast<std::size_t>(k)] * y[static_cast<std::size_t>(k + lag)];
+    for (int k = 50; k < static_cast<int>(x.size()) - 50; ++k)
+      sum += x[static_cast<std::size_t>(k)] * y[static_cast<std::size_t>(k + lag)];
     if (sum > best) {
       best = sum;
       at_lag = lag;

@@ -8,13 +8,12 @@
 namespace slipstream {
 namespace {
 
-double rosenbrock(const std::vector<double>& x) {
-  return 100.0 * std::pow(x[1] - x[0] * x[0], 2) + std::pow(1.0 - x[0], 2);
-}
+double rosenbrock(const std::vector<double>& x) { return 100.0 * std::pow(x[1] - x[0] * x[0], 2) + std::pow(1.0 - x[0], 2); }
 
 TEST(ParticleSwarm, FindsTheMinimumOfRosenbrocksValley) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    const SwarmResult r = minimise(rosenbrock, {-5.0, -5.0}, {5.0, 5.0}, {.max_iterations = 300, .tolerance = 1e-12, .seed = seed});
+    const SwarmResult r =
+        minimise(rosenbrock, {-5.0, -5.0}, {5.0, 5.0}, {.max_iterations = 300, .tolerance = 1e-12, .seed = seed});
     EXPECT_TRUE(r.converged);
     EXPECT_LT(r.iterations, 300);
     EXPECT_NEAR(r.best[0], 1.0, 1e-3) << seed;  // the valley is flat: 1e-12 of value is 1e-6 along it; thousand times that

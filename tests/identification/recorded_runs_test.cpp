@@ -27,8 +27,9 @@ TEST(RecordedRuns, SteadyLineIsFound) {
   EXPECT_TRUE(line.gain.contains(12.0));
   EXPECT_TRUE(line.dead_band.contains(0.02));
   EXPECT_TRUE(line.limit.contains(2.5));
-  EXPECT_LT(line.gain.half_width, 0.2);  // 0.01 over some 40 points that span 0.2: 1.96 * 0.01 / (0.06 sqrt 40) = 0.05, few lags
-  EXPECT_GT(line.r2, 0.999);             // 1 - 0.01^2 / 0.9^2
+  EXPECT_LT(line.gain.half_width,
+            0.2);             // 0.01 over some 40 points that span 0.2: 1.96 * 0.01 / (0.06 sqrt 40) = 0.05, few lags
+  EXPECT_GT(line.r2, 0.999);  // 1 - 0.01^2 / 0.9^2
 }
 
 std::vector<DriveRun> first_order_runs(double noise) {
@@ -68,10 +69,12 @@ TEST(RecordedRuns, RollingDriveIsFound) {
     for (int k = 0; k < 400; ++k) {
       const int half = k % 200;
       const double i = k < 200 ? 20.0 : 5.0, limit = (0.03 * i - 0.1) / 0.008;
-      if (k == 200) start = (0.03 * 20.0 - 0.1) / 0.008 + (15.0 - (0.03 * 20.0 - 0.1) / 0.008) * std::exp(-200 * 0.01 * 0.008 / 0.01);
+      if (k == 200)
+        start = (0.03 * 20.0 - 0.1) / 0.008 + (15.0 - (0.03 * 20.0 - 0.1) / 0.008) * std::exp(-200 * 0.01 * 0.008 / 0.01);
       run.utime.push_back(10'000 * k);
       run.input.push_back(direction * i);
-      run.speed.push_back(direction * (limit + (start - limit) * std::exp(-half * 0.01 * 0.008 / 0.01)) + 0.2 * random.normal());
+      run.speed.push_back(direction * (limit + (start - limit) * std::exp(-half * 0.01 * 0.008 / 0.01)) +
+                          0.2 * random.normal());
     }
     runs.push_back(run);
   }
@@ -108,12 +111,25 @@ std::string message(const F& f) {
 }
 
 TEST(RecordedRuns, Refusals) {
-  EXPECT_EQ(message([] { split_into_runs({0, 1}, {0}, {0, 1}, 1.0); }), "identification: 2 and 1 times and inputs, expected as many");
-  EXPECT_EQ(message([] { split_into_runs({0, 1}, {0, 1}, {0}, 1.0); }), "identification: 2 and 1 times and speeds, expected as many");
-  EXPECT_EQ(message([] { split_into_runs({0, 1, 1}, {0, 1, 2}, {0, 1, 2}, 1.0); }),
+  EXPECT_EQ(message([] {
+              split_into_runs({0, 1}, {0}, {0, 1}, 1.0);
+            }),
+            "identification: 2 and 1 times and inputs, expected as many");
+  EXPECT_EQ(message([] {
+              split_into_runs({0, 1}, {0, 1}, {0}, 1.0);
+            }),
+            "identification: 2 and 1 times and speeds, expected as many");
+  EXPECT_EQ(message([] {
+              split_into_runs({0, 1, 1}, {0, 1, 2}, {0, 1, 2}, 1.0);
+            }),
             "identification: time 1 s after 1 s, expected growing times");
-  EXPECT_EQ(message([] { identify_steady_line({0, 1}, {0}); }), "identification: 2 and 1 commands and speeds, expected as many");
-  EXPECT_EQ(message([] { identify_steady_line({0, 1}, {0, 1}); }),
+  EXPECT_EQ(message([] {
+              identify_steady_line({0, 1}, {0});
+            }),
+            "identification: 2 and 1 commands and speeds, expected as many");
+  EXPECT_EQ(message([] {
+              identify_steady_line({0, 1}, {0, 1});
+            }),
             "identification: 2 samples, expected at least 10 for each of 3 parameters");
   EXPECT_EQ(message([] { identify_steady_line({0, 0}, {0, 1}); }), "identification: expected commands and speeds above 0");
   EXPECT_EQ(message([] { identify_first_order({}); }), "identification: no run, expected at least 1");

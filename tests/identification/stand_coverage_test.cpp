@@ -54,8 +54,8 @@ double deviation(const std::vector<double>& v) {
   return std::sqrt(sum / static_cast<double>(v.size() - 1));
 }
 
-// A 95 % interval holds in 38 of 40 on average; with the bar of 90 % it may miss 4 times. The swarm is smaller than the document's
-// to save time: in two dimensions it finds the same minimum.
+// A 95 % interval holds in 38 of 40 on average; with the bar of 90 % it may miss 4 times. The swarm is smaller than the
+// document's to save time: in two dimensions it finds the same minimum.
 TEST(StandCoverage, IntervalsHoldTheTruthInNineOfTen) {
   const Repetitions r = repeat(Method::kExact, 1, 40, 60);
   EXPECT_GE(r.inertia_inside, 36);
@@ -65,16 +65,16 @@ TEST(StandCoverage, IntervalsHoldTheTruthInNineOfTen) {
   // to 11 % (one standard error); the lag's price is up to 30 %.
   EXPECT_NEAR(median(r.inertia_half_width) / (1.96 * deviation(r.inertia)), 1.0, 0.45);
   EXPECT_NEAR(median(r.friction_half_width) / (1.96 * deviation(r.friction)), 1.0, 0.45);
-  // The noise of the current enters the response: were its bias large, the mean of 40 would be off by more than 3 standard errors
-  // and this share of an interval, 3 / sqrt(40) / 1.96 = 0.24.
+  // The noise of the current enters the response: were its bias large, the mean of 40 would be off by more than 3 standard
+  // errors and this share of an interval, 3 / sqrt(40) / 1.96 = 0.24.
   EXPECT_LT(std::abs(mean(r.inertia) - 3.2e-3), 0.24 * median(r.inertia_half_width));
   EXPECT_LT(std::abs(mean(r.friction) - 0.01), 0.24 * median(r.friction_half_width));
 }
 
 void print(const char* name, const Repetitions& r) {
-  std::printf("%-5s inside: J %d b %d of %zu; medians: iterations %g, J %.4e +- %.1e, b %.4e +- %.1e, R2 %.5f", name, r.inertia_inside,
-              r.friction_inside, r.r2.size(), median(r.iterations), median(r.inertia), median(r.inertia_half_width),
-              median(r.friction), median(r.friction_half_width), median(r.r2));
+  std::printf("%-5s inside: J %d b %d of %zu; medians: iterations %g, J %.4e +- %.1e, b %.4e +- %.1e, R2 %.5f", name,
+              r.inertia_inside, r.friction_inside, r.r2.size(), median(r.iterations), median(r.inertia),
+              median(r.inertia_half_width), median(r.friction), median(r.friction_half_width), median(r.r2));
   if (r.r2.size() > 1)
     std::printf("; mean J %.5e s %.1e, mean b %.5e s %.1e", mean(r.inertia), deviation(r.inertia), mean(r.friction),
                 deviation(r.friction));

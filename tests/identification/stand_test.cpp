@@ -28,8 +28,8 @@ TEST(Stand, BothCostFunctionsAgree) {
   ASSERT_EQ(r.fits.size(), 2u);
   EXPECT_EQ(r.fits[0].name, "RK");
   EXPECT_EQ(r.fits[1].name, "LSIM");
-  // A Runge-Kutta step of x = b h / J = 0.006 errs by x^5 / 120 = 1e-13; the swarm's tolerance leaves 1e-9 of 1 - R2, which is a
-  // thirtieth of an interval.
+  // A Runge-Kutta step of x = b h / J = 0.006 errs by x^5 / 120 = 1e-13; the swarm's tolerance leaves 1e-9 of 1 - R2, which is
+  // a thirtieth of an interval.
   const StandFit &rk = r.fits[0], &lsim = r.fits[1];
   EXPECT_NEAR(rk.inertia_kgm2.value, lsim.inertia_kgm2.value, rk.inertia_kgm2.half_width / 30.0);
   EXPECT_NEAR(rk.friction_nms.value, lsim.friction_nms.value, rk.friction_nms.half_width / 30.0);
@@ -58,7 +58,7 @@ TEST(Stand, SeriesOfFigures16And17) {
     square += std::pow(r.filtered_current_a[k] - 14.0, 2) / 650.0;
   }
   EXPECT_NEAR(mean, 14.0, 4.0 * 0.5 * std::sqrt(1.0 / 650.0 + 1.0 / 450.0));  // four standard errors, residual current included
-  EXPECT_LT(std::sqrt(square), 0.25);                                          // less than half of the raw noise
+  EXPECT_LT(std::sqrt(square), 0.25);                                         // less than half of the raw noise
 }
 
 TEST(Stand, IntervalsGrowWithTheNoise) {

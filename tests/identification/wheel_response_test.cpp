@@ -66,8 +66,8 @@ TEST(WheelResponse, RungeKuttaIsOfFourthOrder) {
     return std::abs(rk.back() - exact.back());
   };
   const double coarse = error(40'000), fine = error(20'000), finest = error(10'000);
-  EXPECT_GT(finest, 1e-12);                                  // above rounding
-  EXPECT_NEAR(std::log2(coarse / fine), 4.0, 0.15);          // the next order adds x / 6 = 0.125 / 6 of itself, a few times
+  EXPECT_GT(finest, 1e-12);                          // above rounding
+  EXPECT_NEAR(std::log2(coarse / fine), 4.0, 0.15);  // the next order adds x / 6 = 0.125 / 6 of itself, a few times
   EXPECT_NEAR(std::log2(fine / finest), 4.0, 0.15);
 }
 

@@ -51,15 +51,15 @@ TEST(SuspendedWheel, SpeedIsTheClosedForm) {
   const SuspendedWheel w = wheel({1.0, 1.0, 2.0, 3.0}, {0.0, 10.0, 10.0, 4.0});
   VehicleSimulation<SuspendedWheel> run(w, kTolerances);
   const double k_m = 0.0027 * 70.0 * 30.0 / (13.0 * 19.0), tau = 3.2e-3 / 0.01, gain = k_m / 0.01;
-  const auto step = [&](double t) { return t > 0.0 ? -std::expm1(-t / tau) : 0.0; };             // of 1 A at 0
-  const auto ramp = [&](double t) { return t > 0.0 ? t + tau * std::expm1(-t / tau) : 0.0; };    // of 1 A/s from 0
+  const auto step = [&](double t) { return t > 0.0 ? -std::expm1(-t / tau) : 0.0; };           // of 1 A at 0
+  const auto ramp = [&](double t) { return t > 0.0 ? t + tau * std::expm1(-t / tau) : 0.0; };  // of 1 A/s from 0
   for (int k = 1; k <= 400; ++k) {
     const double t = 0.01 * k;
     run.advance(t);
     const double expected = gain * (10.0 * step(t - 1.0) - 6.0 * ramp(t - 2.0) + 6.0 * ramp(t - 3.0));
     EXPECT_NEAR(run.state()[0], expected, 1e-6 * 23.0) << t;  // hundred times the integrator's tolerance of the largest speed
     const auto truth = run.vehicle().truth(run.state(), run.mode());
-    EXPECT_EQ(truth[2], k_m * truth[1]);
+    EXPECT_DOUBLE_EQ(truth[2], k_m * truth[1]);  // the factors of k_m in another order
     EXPECT_EQ(run.vehicle().inputs(run.state(), run.mode())[0], truth[2]);
   }
 }
