@@ -79,8 +79,7 @@ class SimulatedDrive final : public DriveSource {
       if (s.schedule.next() != now) continue;
       s.schedule.pass();
       const double h = truth[s.truth_index];
-      epoch.readings.push_back(
-          {static_cast<int>(V::kInputs.size() + i), h + std::sqrt(s.noise.variance(h)) * s.random.normal()});
+      epoch.readings.push_back({static_cast<int>(V::kInputs.size() + i), h + std::sqrt(s.noise.variance(h)) * s.random.normal()});
     }
     if (truth_.next() == now) {
       truth_.pass();

@@ -35,8 +35,8 @@ struct DrivenWheel {
   template <typename T>
   T acceleration_radps2(double torque_nm, const T& w, const T& mu) const {
     const double grip_nm = quarter.normal_force_n() * quarter.wheel_radius_m;  // torque per unit of friction
-    return (1.0 / quarter.wheel_inertia_kgm2) *
-           (torque_nm - quarter.viscous_friction_nms * w - grip_nm * (mu + quarter.rolling_resistance * rolling_direction(w)));
+    return (1.0 / quarter.wheel_inertia_kgm2) * (torque_nm - quarter.viscous_friction_nms * w -
+                                                 grip_nm * (mu + quarter.rolling_resistance * rolling_direction(w)));
   }
 
   // The fastest rate of w' around w, 1/s: bounds the length of a stable Runge-Kutta step.

@@ -11,7 +11,6 @@
 
 namespace slipstream {
 
-inline constexpr std::array kSensorTypes{kWheelSpeedSensor, kAccelerometer, kYawRateSensor, kLateralAccelerometer,
-                                         kMotorCurrentSensor};
+inline constexpr std::array kSensorTypes{kWheelSpeedSensor, kAccelerometer, kYawRateSensor, kLateralAccelerometer, kMotorCurrentSensor};
 
 }  // namespace slipstream

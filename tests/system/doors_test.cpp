@@ -76,9 +76,7 @@ TEST(Doors, Scenarios) {
       {"[vehicle]\nmass_kg = nan\n", ":3:11: vehicle.mass_kg: found nan, expected a finite number greater than 0"},
       {"[estimator]\ntuning = \"best\"\n",
        ":3:10: estimator.tuning: found \"best\", expected one of \"document\", \"matched\""},
-      {"[sensor.gyro]\nrate_hz = 1\n",
-       ":2:9: unknown key 'gyro' in [sensor]; expected one of wheel_speed, accelerometer, yaw_rate, lateral_accelerometer, "
-       "motor_current"},
+      {"[sensor.gyro]\nrate_hz = 1\n", ":2:9: unknown key 'gyro' in [sensor]; expected one of wheel_speed, accelerometer, yaw_rate, lateral_accelerometer, motor_current"},
       {"[run\n", ":2:5: syntax error: Error while parsing table header: expected ']', saw '\\n'"},
   };
   for (const auto& file : files) {
