@@ -70,8 +70,9 @@ SwarmResult minimise(const std::function<double(const std::vector<double>&)>& f,
   try {
     pagmo::population swarm(pagmo::problem(BoxProblem{&watch, lower, upper}),
                             static_cast<pagmo::population::size_type>(settings.particles), seed());
-    // Velocity with a constriction (Clerc and Kennedy, 2002; pagmo variant 5), everybody a neighbour of everybody (1). The canonical
-    // constriction, 0.7298, leaves the swarm wide after 50 iterations; with 0.6 the stand needs 40 (seeds 1001 to 1020).
+    // Velocity with a constriction (Clerc and Kennedy, 2002; pagmo variant 5), everybody a neighbour of everybody (1). The
+    // canonical constriction, 0.7298, leaves the swarm wide after 50 iterations; with 0.6 the stand needs 40 (seeds 1001 to
+    // 1020).
     const pagmo::pso pso(static_cast<unsigned>(settings.max_iterations), 0.6, 2.05, 2.05, 0.5, 5, 1, 4, false, seed());
     pso.evolve(swarm);
   } catch (const Stop&) {

@@ -1,5 +1,5 @@
-// Particle swarm: the minimum of a function in a box, without derivatives (document 002, section 5.1). The .cpp is the only file
-// that names pagmo.
+// Particle swarm: the minimum of a function in a box, without derivatives (document 002, section 5.1). The .cpp is the only
+// file that names pagmo.
 #pragma once
 
 #include <cstdint>
@@ -21,9 +21,9 @@ struct SwarmSettings {
 struct SwarmResult {
   std::vector<double> best;
   double value = 0.0;
-  int iterations = 0;          // in which every particle moved once
+  int iterations = 0;           // in which every particle moved once
   std::vector<double> history;  // best value of the start and after each iteration
-  bool converged = false;      // stopped by the rule, not by max_iterations
+  bool converged = false;       // stopped by the rule, not by max_iterations
 };
 
 // Minimises f over lower <= x <= upper, both of one length, lower < upper. One thread, and the same result for the same seed

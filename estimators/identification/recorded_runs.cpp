@@ -20,7 +20,8 @@ std::vector<double> speeds_of(const std::vector<DriveRun>& runs) {
 
 // The runs' responses one after the other; torque(run, k) is what drives the wheel at sample k.
 template <typename Torque>
-void responses(const std::vector<DriveRun>& runs, Hold hold, const WheelParameters& p, const Torque& torque, std::vector<double>& y) {
+void responses(const std::vector<DriveRun>& runs, Hold hold, const WheelParameters& p, const Torque& torque,
+               std::vector<double>& y) {
   y.clear();
   std::vector<double> t, w;
   for (const DriveRun& run : runs) {
@@ -42,7 +43,8 @@ double mean_period_s(const std::vector<DriveRun>& runs) {
 
 void check(const std::vector<DriveRun>& runs) {
   if (runs.empty()) throw Refusal("identification: no run, expected at least 1");
-  for (const DriveRun& run : runs) SLIPSTREAM_CHECK(run.utime.size() >= 2 && run.input.size() == run.utime.size() && run.speed.size() == run.utime.size());
+  for (const DriveRun& run : runs)
+    SLIPSTREAM_CHECK(run.utime.size() >= 2 && run.input.size() == run.utime.size() && run.speed.size() == run.utime.size());
 }
 
 double largest(const std::vector<double>& x) { return *std::max_element(x.begin(), x.end()); }
@@ -54,7 +56,8 @@ void expect_equal_length(std::size_t first, std::size_t second, const char* what
 }  // namespace
 
 std::vector<DriveRun> split_into_runs(const std::vector<double>& time_s, const std::vector<double>& input,
-                                 const std::vector<double>& speed, double max_gap_s, double min_speed, std::size_t min_samples) {
+                                      const std::vector<double>& speed, double max_gap_s, double min_speed,
+                                      std::size_t min_samples) {
   expect_equal_length(time_s.size(), input.size(), "times and inputs");
   expect_equal_length(time_s.size(), speed.size(), "times and speeds");
   std::vector<DriveRun> runs;
@@ -80,7 +83,8 @@ std::vector<DriveRun> split_into_runs(const std::vector<double>& time_s, const s
   return runs;
 }
 
-SteadyLine identify_steady_line(const std::vector<double>& command, const std::vector<double>& speed, const SwarmSettings& swarm) {
+SteadyLine identify_steady_line(const std::vector<double>& command, const std::vector<double>& speed,
+                                const SwarmSettings& swarm) {
   expect_equal_length(command.size(), speed.size(), "commands and speeds");
   FitProblem problem;
   problem.response = [&](const std::vector<double>& theta, std::vector<double>& y) {
@@ -93,7 +97,9 @@ SteadyLine identify_steady_line(const std::vector<double>& command, const std::v
   if (!(u_max > 0.0 && v_max > 0.0)) throw Refusal("identification: expected commands and speeds above 0");
   problem.lower = {0.0, 0.0, 0.1 * v_max};
   problem.upper = {10.0 * v_max / u_max, 0.5 * u_max, v_max};
-  problem.lag = [&](const std::vector<double>&) { return static_cast<int>(std::ceil(std::sqrt(static_cast<double>(command.size())))); };
+  problem.lag = [&](const std::vector<double>&) {
+    return static_cast<int>(std::ceil(std::sqrt(static_cast<double>(command.size()))));
+  };
   ResponseFit fit = fit_response(problem, swarm);
   return {fit.parameters[0], fit.parameters[1], fit.parameters[2], fit.r2, fit.iterations, std::move(fit.simulated)};
 }
@@ -102,8 +108,9 @@ FirstOrder identify_first_order(const std::vector<DriveRun>& runs, const SwarmSe
   check(runs);
   FitProblem problem;
   problem.response = [&](const std::vector<double>& theta, std::vector<double>& y) {  // J = tau, b = 1
-    responses(runs, Hold::kConstant, {theta[0], 1.0},
-              [&](const DriveRun& run, std::size_t k) { return theta[1] * std::max(run.input[k] - theta[2], 0.0); }, y);
+    responses(
+        runs, Hold::kConstant, {theta[0], 1.0},
+        [&](const DriveRun& run, std::size_t k) { return theta[1] * std::max(run.input[k] - theta[2], 0.0); }, y);
   };
   problem.measured = speeds_of(runs);
   problem.names = {"tau", "K", "u0"};
@@ -116,19 +123,22 @@ FirstOrder identify_first_order(const std::vector<DriveRun>& runs, const SwarmSe
   // What one run has that the model has not stays for the whole of it: runs are the blocks that may be taken as independent.
   problem.lag = [&](const std::vector<double>&) { return static_cast<int>(problem.measured.size() / runs.size()); };
   ResponseFit fit = fit_response(problem, swarm);
-  return {fit.parameters[0], fit.parameters[1], fit.parameters[2], fit.r2, fit.iterations, problem.measured, std::move(fit.simulated)};
+  return {fit.parameters[0], fit.parameters[1], fit.parameters[2],       fit.r2,
+          fit.iterations,    problem.measured,  std::move(fit.simulated)};
 }
 
-RollingDrive identify_rolling_drive(const std::vector<DriveRun>& runs, double torque_constant_nmpa, const SwarmSettings& swarm) {
+RollingDrive identify_rolling_drive(const std::vector<DriveRun>& runs, double torque_constant_nmpa,
+                                    const SwarmSettings& swarm) {
   check(runs);
   SLIPSTREAM_CHECK(torque_constant_nmpa > 0.0);
   FitProblem problem;
   problem.response = [&](const std::vector<double>& theta, std::vector<double>& y) {
-    responses(runs, Hold::kLinear, {theta[0], theta[1]},
-              [&](const DriveRun& run, std::size_t k) {
-                return torque_constant_nmpa * run.input[k] - std::copysign(theta[2], run.speed.front());
-              },
-              y);
+    responses(
+        runs, Hold::kLinear, {theta[0], theta[1]},
+        [&](const DriveRun& run, std::size_t k) {
+          return torque_constant_nmpa * run.input[k] - theta[2] * std::copysign(1.0, run.speed.front());
+        },
+        y);
   };
   problem.measured = speeds_of(runs);
   problem.names = {"J", "b", "c"};
@@ -137,7 +147,8 @@ RollingDrive identify_rolling_drive(const std::vector<DriveRun>& runs, double to
   constexpr double kCorrelated_s = 3.0;  // a manoeuvre
   problem.lag = [&](const std::vector<double>&) { return static_cast<int>(std::ceil(kCorrelated_s / mean_period_s(runs))); };
   ResponseFit fit = fit_response(problem, swarm);
-  return {fit.parameters[0], fit.parameters[1], fit.parameters[2], fit.r2, fit.iterations, problem.measured, std::move(fit.simulated)};
+  return {fit.parameters[0], fit.parameters[1], fit.parameters[2],       fit.r2,
+          fit.iterations,    problem.measured,  std::move(fit.simulated)};
 }
 
 }  // namespace slipstream

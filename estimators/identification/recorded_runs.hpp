@@ -19,12 +19,12 @@ struct DriveRun {
   std::vector<double> speed;  // of a wheel or of the vehicle
 };
 
-// The pieces of a drive of at least `min_samples` samples, without gaps longer than max_gap_s and without samples whose speed is
-// below min_speed in magnitude (standstill, where the wheel may be held by what the model does not know). A change of direction
-// ends a piece if min_speed > 0. Refuses series of unequal length and times that do not grow.
+// The pieces of a drive of at least `min_samples` samples, without gaps longer than max_gap_s and without samples whose speed
+// is below min_speed in magnitude (standstill, where the wheel may be held by what the model does not know). A change of
+// direction ends a piece if min_speed > 0. Refuses series of unequal length and times that do not grow.
 std::vector<DriveRun> split_into_runs(const std::vector<double>& time_s, const std::vector<double>& input,
-                                 const std::vector<double>& speed, double max_gap_s, double min_speed = 0.0,
-                                 std::size_t min_samples = 10);
+                                      const std::vector<double>& speed, double max_gap_s, double min_speed = 0.0,
+                                      std::size_t min_samples = 10);
 
 // Steady speeds over a motor command: v = min(K max(u - u0, 0), v_max).
 struct SteadyLine {
@@ -50,8 +50,8 @@ struct FirstOrder {
 };
 FirstOrder identify_first_order(const std::vector<DriveRun>& runs, const SwarmSettings& swarm = {.max_iterations = 200});
 
-// A car that rolls, its mass on the wheels: J w' = k_m i - b w - c sgn(w), the current linear between samples. J is what all that
-// moves weighs at the wheel: wheels, rotor, and m r^2 of the car as long as the tyres do not slip.
+// A car that rolls, its mass on the wheels: J w' = k_m i - b w - c sgn(w), the current linear between samples. J is what all
+// that moves weighs at the wheel: wheels, rotor, and m r^2 of the car as long as the tyres do not slip.
 struct RollingDrive {
   Interval inertia_kgm2;        // J
   Interval friction_nms;        // b

@@ -7,10 +7,10 @@
 //     S = sum over |l| < L of (1 - |l|/L) sum_k s_k s_(k+l)',  s_k = Y_k (z_k - y_k)
 //
 // Neighbouring residuals are correlated: the wheel integrates the noise of the current, and a model is never quite right. S
-// counts that up to the lag L (Newey and West, Econometrica 55, 1987). c is 1.96 for L << n and grows with L/n because S then is itself
-// uncertain: c = 1.96 + 2.9694 q + 0.4160 q^2 - 0.5324 q^3, q = L/n (Kiefer and Vogelsang, Econometric Theory 21, 2005).
-// d_j are quantities that were estimated beforehand and taken as known, such as a residual current: an error of theirs shifts
-// the whole series and leaves no trace in s.
+// counts that up to the lag L (Newey and West, Econometrica 55, 1987). c is 1.96 for L << n and grows with L/n because S then
+// is itself uncertain: c = 1.96 + 2.9694 q + 0.4160 q^2 - 0.5324 q^3, q = L/n (Kiefer and Vogelsang, Econometric Theory 21,
+// 2005). d_j are quantities that were estimated beforehand and taken as known, such as a residual current: an error of theirs
+// shifts the whole series and leaves no trace in s.
 #pragma once
 
 #include <Eigen/Core>

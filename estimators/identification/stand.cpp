@@ -39,17 +39,17 @@ std::size_t standstill_samples(const StandRecord& r, const StandSettings& s) {
       throw Refusal(fmt::format("stand: sample {} comes {} us after the one before, expected {} us like the first two", k,
                                 r.utime[k] - r.utime[k - 1], period));
   if (!(s.cutoff_hz > 0.0 && s.cutoff_hz < 0.5 / seconds(period)))
-    throw Refusal(fmt::format("stand: cutoff {:g} Hz, expected more than 0 and less than half the sample rate, {:g} Hz", s.cutoff_hz,
-                              0.5 / seconds(period)));
+    throw Refusal(fmt::format("stand: cutoff {:g} Hz, expected more than 0 and less than half the sample rate, {:g} Hz",
+                              s.cutoff_hz, 0.5 / seconds(period)));
   std::size_t still = 0;
   while (still < n && seconds(r.utime[still] - r.utime[0]) < s.standstill_s) ++still;
   if (still < kFewestAtStandstill || still == n)
-    throw Refusal(fmt::format("stand: {} of {} samples within the standstill of {:g} s, expected at least {} and not all", still, n,
-                              s.standstill_s, kFewestAtStandstill));
+    throw Refusal(fmt::format("stand: {} of {} samples within the standstill of {:g} s, expected at least {} and not all",
+                              still, n, s.standstill_s, kFewestAtStandstill));
   const Mean speed = mean_of(std::span(r.wheel_speed_radps).first(still));
   if (std::abs(speed.value) > 5.0 * std::sqrt(speed.variance))  // five standard errors: once in two million records at rest
-    throw Refusal(fmt::format("stand: the wheel turns at {:.3g} rad/s within the first {:g} s, expected standstill", speed.value,
-                              s.standstill_s));
+    throw Refusal(fmt::format("stand: the wheel turns at {:.3g} rad/s within the first {:g} s, expected standstill",
+                              speed.value, s.standstill_s));
   return still;
 }
 

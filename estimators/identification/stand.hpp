@@ -27,11 +27,11 @@ struct StandRecord {
 
 struct StandSettings {
   double torque_constant_nmpa = 0.0027 * 70.0 * 30.0 / (13.0 * 19.0);  // k_m at the wheel: scenarios/stand.toml
-  double standstill_s = 0.9;  // from the first sample: the wheel does not turn yet
-  double cutoff_hz = 25.0;    // of the low-pass
-  double min_inertia_kgm2 = 1e-4, max_inertia_kgm2 = 2e-2;  // the swarm's box
+  double standstill_s = 0.9;                                           // from the first sample: the wheel does not turn yet
+  double cutoff_hz = 25.0;                                             // of the low-pass
+  double min_inertia_kgm2 = 1e-4, max_inertia_kgm2 = 2e-2;             // the swarm's box
   double min_friction_nms = 1e-4, max_friction_nms = 1e-1;
-  SwarmSettings swarm;
+  SwarmSettings swarm{};
 };
 
 // A line of Table 6, and the curve of Figure 17.

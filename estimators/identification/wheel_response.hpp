@@ -24,8 +24,8 @@ enum class Method { kRungeKutta, kExact };
 enum class Hold { kLinear, kConstant };
 
 struct WheelParameters {
-  double inertia_kgm2 = 0.0;   // J > 0
-  double friction_nms = 0.0;   // b >= 0
+  double inertia_kgm2 = 0.0;  // J > 0
+  double friction_nms = 0.0;  // b >= 0
 };
 
 // The exact solution over one step of h seconds.
@@ -51,7 +51,8 @@ class ExactStep {
 
 class RungeKuttaStep {
  public:
-  RungeKuttaStep(const WheelParameters& p, double h_s) : h_s_(h_s), rate_(p.friction_nms / p.inertia_kgm2), gain_(1.0 / p.inertia_kgm2) {}
+  RungeKuttaStep(const WheelParameters& p, double h_s)
+      : h_s_(h_s), rate_(p.friction_nms / p.inertia_kgm2), gain_(1.0 / p.inertia_kgm2) {}
   double operator()(double w, double torque_nm, double next_torque_nm) const {
     const double slope = gain_ * (next_torque_nm - torque_nm) / h_s_;
     const auto f = [&](const Vector<double, 2>& x) { return Vector<double, 2>(x[1] - rate_ * x[0], slope); };  // w, T / J
@@ -62,8 +63,8 @@ class RungeKuttaStep {
   double h_s_, rate_, gain_;
 };
 
-// w at every sample, rad/s, from w = `start_radps` at the first. torque_nm and utime are of one length, at least 1; utime grows.
-// `speed_radps` gets that length.
+// w at every sample, rad/s, from w = `start_radps` at the first. torque_nm and utime are of one length, at least 1; utime
+// grows. `speed_radps` gets that length.
 template <typename Step>
 void wheel_response(Hold hold, const WheelParameters& p, std::span<const Utime> utime, std::span<const double> torque_nm,
                     double start_radps, std::vector<double>& speed_radps) {

@@ -7,8 +7,8 @@
 // State: wheel speed w, time t (t' = 1, so that the current is a function of the state). Mode: between which points.
 // Event: the time of the next point, so that no integration step crosses a kink. Range: any speed, no dry friction.
 //
-// The document prints J, b and the wheel's radius (Table 5), but neither k_m nor the current's values: Figure 16 has no readable
-// scale. k_m and the current are ours; scenarios/stand.toml says where they are from.
+// The document prints J, b and the wheel's radius (Table 5), but neither k_m nor the current's values: Figure 16 has no
+// readable scale. k_m and the current are ours; scenarios/stand.toml says where they are from.
 #pragma once
 
 #include <string>

@@ -2,7 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <utility>
+#include <vector>
 
 #include "tests/identification/synthetic_stand.hpp"
 
@@ -14,7 +17,7 @@ struct Repetitions {
   std::vector<double> inertia, friction, inertia_half_width, friction_half_width, r2, iterations;
 };
 
-Repetitions repeat(Method method, std::uint64_t first_seed, int count) {
+Repetitions repeat(Method method, std::uint64_t first_seed, int count, int particles) {
   const Scenario scenario = test::stand_scenario();
   const auto& truth = std::get<SuspendedWheel>(scenario.plant.vehicle);
   Repetitions all;
@@ -22,6 +25,7 @@ Repetitions repeat(Method method, std::uint64_t first_seed, int count) {
     const std::uint64_t seed = first_seed + static_cast<std::uint64_t>(k);
     StandSettings settings;
     settings.swarm.seed = seed;
+    settings.swarm.particles = particles;
     const StandFit fit = identify_stand(test::record_of(scenario, seed), settings, {method}).fits[0];
     all.inertia_inside += fit.inertia_kgm2.contains(truth.wheel_inertia_kgm2);
     all.friction_inside += fit.friction_nms.contains(truth.viscous_friction_nms);
@@ -50,17 +54,41 @@ double deviation(const std::vector<double>& v) {
   return std::sqrt(sum / static_cast<double>(v.size() - 1));
 }
 
-// Not a test but the figures: --gtest_also_run_disabled_tests --gtest_filter=*Figures*
+// A 95 % interval holds in 38 of 40 on average; with the bar of 90 % it may miss 4 times. The swarm is smaller than the
+// document's to save time: in two dimensions it finds the same minimum.
+TEST(StandCoverage, IntervalsHoldTheTruthInNineOfTen) {
+  const Repetitions r = repeat(Method::kExact, 1, 40, 60);
+  EXPECT_GE(r.inertia_inside, 36);
+  EXPECT_GE(r.friction_inside, 36);
+  EXPECT_GE(median(r.r2), 0.989);  // the document's 0.98892, to its third digit
+  // Intervals are neither generous nor mean: their half width is 1.96 standard deviations of the estimates, which 40 runs tell
+  // to 11 % (one standard error); the lag's price is up to 30 %.
+  EXPECT_NEAR(median(r.inertia_half_width) / (1.96 * deviation(r.inertia)), 1.0, 0.45);
+  EXPECT_NEAR(median(r.friction_half_width) / (1.96 * deviation(r.friction)), 1.0, 0.45);
+  // The noise of the current enters the response: were its bias large, the mean of 40 would be off by more than 3 standard
+  // errors and this share of an interval, 3 / sqrt(40) / 1.96 = 0.24.
+  EXPECT_LT(std::abs(mean(r.inertia) - 3.2e-3), 0.24 * median(r.inertia_half_width));
+  EXPECT_LT(std::abs(mean(r.friction) - 0.01), 0.24 * median(r.friction_half_width));
+}
+
+void print(const char* name, const Repetitions& r) {
+  std::printf("%-5s inside: J %d b %d of %zu; medians: iterations %g, J %.4e +- %.1e, b %.4e +- %.1e, R2 %.5f", name,
+              r.inertia_inside, r.friction_inside, r.r2.size(), median(r.iterations), median(r.inertia),
+              median(r.inertia_half_width), median(r.friction), median(r.friction_half_width), median(r.r2));
+  if (r.r2.size() > 1)
+    std::printf("; mean J %.5e s %.1e, mean b %.5e s %.1e", mean(r.inertia), deviation(r.inertia), mean(r.friction),
+                deviation(r.friction));
+  std::printf("\n");
+}
+
+// The figures of Table 6 rather than a test: --gtest_also_run_disabled_tests --gtest_filter=*Figures
 TEST(StandCoverage, DISABLED_Figures) {
-  for (const Method method : {Method::kRungeKutta, Method::kExact})
-    for (const auto& [first, count] : {std::pair{1001, 20}, std::pair{1001, 1}}) {
-      const Repetitions r = repeat(method, static_cast<std::uint64_t>(first), count);
-      std::printf("%s seeds %d..%d: inside J %d b %d; median iterations %g J %.4e +- %.1e b %.4e +- %.1e R2 %.5f", method == Method::kExact ? "LSIM" : "RK",
-                  first, first + count - 1, r.inertia_inside, r.friction_inside, median(r.iterations), median(r.inertia),
-                  median(r.inertia_half_width), median(r.friction), median(r.friction_half_width), median(r.r2));
-      if (count > 1)
-        std::printf("; mean J %.5e s %.1e b %.5e s %.1e", mean(r.inertia), deviation(r.inertia), mean(r.friction), deviation(r.friction));
-      std::printf("\n");
+  for (const auto& [name, method] : {std::pair{"RK", Method::kRungeKutta}, std::pair{"LSIM", Method::kExact}})
+    for (const int count : {1, 20, 100}) {
+      const Repetitions r = repeat(method, 1, count, 200);
+      print(name, r);
+      EXPECT_GE(r.inertia_inside, count * 9 / 10);
+      EXPECT_GE(r.friction_inside, count * 9 / 10);
     }
 }
 
