@@ -59,7 +59,7 @@ constexpr std::array kScalarChannels{
     scalar<slipstream::steering_angle, &slipstream::steering_angle::steering_angle_rad>("STEERING_ANGLE", "steering_angle_rad"),
     scalar<slipstream::yaw_rate, &slipstream::yaw_rate::yaw_rate_radps>("SENSOR_YAW_RATE", "yaw_rate_radps"),
     scalar<slipstream::lateral_accelerometer, &slipstream::lateral_accelerometer::a_y_mps2>("SENSOR_LATERAL_ACCELEROMETER",
-                                                                                           "a_y_mps2"),
+                                                                                            "a_y_mps2"),
     scalar<slipstream::motor_current, &slipstream::motor_current::motor_current_a>("SENSOR_MOTOR_CURRENT", "motor_current_a"),
 };
 

@@ -1,4 +1,5 @@
-// Predict and update of EKF and particle filter allocate nothing on the heap. The C library's allocator is counted in this whole test program.
+// Predict and update of EKF and particle filter allocate nothing on the heap. The C library's allocator is counted in this
+// whole test program.
 #include <gtest/gtest.h>
 
 #include <array>

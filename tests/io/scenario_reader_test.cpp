@@ -320,8 +320,9 @@ TEST(ScenarioReader, RefusesWhatIsMissing) {
   EXPECT_EQ(refused_with("name = \"minimal\"", ""), "s.toml: missing key 'name'");
   EXPECT_EQ(refused_with("[vehicle]\ntype = \"unimog\"", ""), "s.toml: expected either [vehicle] or [recorded], found neither");
   EXPECT_EQ(refused_with("[run]", "[recorded]"), "s.toml: expected either [vehicle] or [recorded], found both");
-  EXPECT_EQ(refused_with("[sensor.wheel_speed]\nrate_hz = 50", ""),
-            "s.toml: sensor: no sensor; expected one of wheel_speed, accelerometer, yaw_rate, lateral_accelerometer, motor_current");
+  EXPECT_EQ(
+      refused_with("[sensor.wheel_speed]\nrate_hz = 50", ""),
+      "s.toml: sensor: no sensor; expected one of wheel_speed, accelerometer, yaw_rate, lateral_accelerometer, motor_current");
   EXPECT_EQ(refused(kMinimal.substr(0, kMinimal.find("[tuning"))), "s.toml: tuning: expected at least one table [tuning.NAME]");
   EXPECT_EQ(refused_with(", friction = 5e-3", ""), "s.toml:13:20: missing key 'friction' in [tuning.matched.process_variance]");
   EXPECT_EQ(refused_with("process_variance", "#"),

@@ -26,7 +26,7 @@ TEST(Doors, CommandLines) {
        {kUnimog, "--wait-for", "ekf,,mhe"},
        "--wait-for: '' is no participant's name; expected NAME[,NAME...] or none"},
       {"plant", {kUnimog, "--wait-for", "a b"}, "--wait-for: 'a b' is no participant's name; expected NAME[,NAME...] or none"},
-      {"estimator", {"--algorithm", "ekff"}, "--algorithm: unknown algorithm 'ekff'; expected one of: ekf, mhe"},
+      {"estimator", {"--algorithm", "ekff"}, "--algorithm: unknown algorithm 'ekff'; expected one of: ekf, mhe, pf"},
       {"estimator", {"--name", "my filter"}, "--name: 'my filter' is no name; expected 1 to 32 of A-Z a-z 0-9 _ -"},
       {"estimator",
        {"--name", std::string(33, 'x')},
@@ -76,7 +76,9 @@ TEST(Doors, Scenarios) {
       {"[vehicle]\nmass_kg = nan\n", ":3:11: vehicle.mass_kg: found nan, expected a finite number greater than 0"},
       {"[estimator]\ntuning = \"best\"\n",
        ":3:10: estimator.tuning: found \"best\", expected one of \"document\", \"matched\""},
-      {"[sensor.gyro]\nrate_hz = 1\n", ":2:9: unknown key 'gyro' in [sensor]; expected one of wheel_speed, accelerometer, yaw_rate, lateral_accelerometer, motor_current"},
+      {"[sensor.gyro]\nrate_hz = 1\n",
+       ":2:9: unknown key 'gyro' in [sensor]; expected one of wheel_speed, accelerometer, yaw_rate, lateral_accelerometer, "
+       "motor_current"},
       {"[run\n", ":2:5: syntax error: Error while parsing table header: expected ']', saw '\\n'"},
   };
   for (const auto& file : files) {
