@@ -1,5 +1,5 @@
-// Elementary functions without branches or library calls, so that a loop over an array of them vectorises (g++ 12 leaves calls to
-// the C library scalar) and gives the same bits with every vector length and C library.
+// Elementary functions without branches or library calls, so that a loop over an array of them vectorises (g++ 12 leaves calls
+// to the C library scalar) and gives the same bits with every vector length and C library.
 //
 //   exp x = 2^k e^r,      r = x - k ln 2, |r| <= ln 2 / 2      Taylor series to r^13
 //   log x = k ln 2 + 2 artanh s,  s = (m - 1)/(m + 1), x = 2^k m, m in [sqrt 1/2, sqrt 2)      series to s^21
@@ -17,15 +17,15 @@ namespace slipstream::batch {
 // Adding it rounds to a whole number, which then stands in the low bits; up to 2^51.
 inline constexpr double kRounder = 0x1.8p52;
 
-// For x <= 709. 0 where e^x < 1e-307, and where x is not a number.
+// For kExpLowest <= x <= 709. 0 below -708.7, where e^x is below the least normal number. Who may have less must clamp in a
+// loop of his own: clamped here, compilers make a branch of it.
+inline constexpr double kExpLowest = -709.2;  // k is -1023 here, whose bits make the scale 0
 inline double exp(double x) {
   constexpr double kLog2E = 1.4426950408889634;
   constexpr double kLn2High = 0x1.62e42fefa38p-1, kLn2Low = 0x1.ef35793c7673p-45;  // k times the first is exact
-  constexpr double kLowest = -706.0;
-  const double within = x > kLowest ? x : kLowest;
-  const double rounded = within * kLog2E + kRounder;
+  const double rounded = x * kLog2E + kRounder;
   const double k = rounded - kRounder;
-  const double r = (within - k * kLn2High) - k * kLn2Low;
+  const double r = (x - k * kLn2High) - k * kLn2Low;
   double e = 1.0 / 6227020800.0;
   e = e * r + 1.0 / 479001600.0;
   e = e * r + 1.0 / 39916800.0;
@@ -41,7 +41,7 @@ inline double exp(double x) {
   e = e * r + 1.0;
   e = e * r + 1.0;
   const double scale = std::bit_cast<double>((std::bit_cast<std::uint64_t>(rounded) + 1023) << 52);
-  return x > kLowest ? e * scale : 0.0;
+  return e * scale;
 }
 
 // For positive normal x.

@@ -10,11 +10,12 @@
 // process variance is positive are drawn; the noise of one step is a standard deviation sqrt(Q), the document's "step".
 //
 // When things go wrong. Weights cannot underflow (log-weights); when a measurement is so far off that even their logarithms are
-// lost, it is left out and the predicted set stands (kFallback). When one particle carries all the weight the set has no spread:
-// its variance is then that of one step's process noise (kFallback). A particle that is no longer finite is replaced by the
-// heaviest one, without weight; if there is no finite one, the estimate is kInvalid.
+// lost, it is left out and the predicted set stands (kFallback). When one particle carries all the weight the set has no
+// spread: its variance is then that of one step's process noise (kFallback; kInvalid where that is 0 too). A particle that is
+// no longer finite is replaced by the heaviest one, without weight; if there is no finite one, the estimate is kInvalid.
 //
-// Document 002, section 3.5.1 and Table 2; Arulampalam et al. (2002), algorithm 4. Cost grows with N n; the arrays are one per state.
+// Document 002, section 3.5.1 and Table 2; Arulampalam et al. (2002), algorithm 4. Cost grows with N n; the arrays are one per
+// state.
 #pragma once
 
 #include <cmath>
@@ -109,8 +110,7 @@ class ParticleFilter final : public GaussianEstimator<M> {
     const Matrix<double, n> root = factor.transpositionsP().transpose() * Matrix<double, n>(factor.matrixL()) *
                                    factor.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal();
     for (int s = 0; s < n; ++s) random_.normals({state(s), size_});
-    for (std::size_t i = 0; i < size_; ++i)
-      put(this->estimate_.mean + root * particle(x_.data(), i), x_.data(), i, size_);
+    for (std::size_t i = 0; i < size_; ++i) put(this->estimate_.mean + root * particle(x_.data(), i), x_.data(), i, size_);
     forget_weights();
     find_intervals();
   }
@@ -178,7 +178,8 @@ class ParticleFilter final : public GaussianEstimator<M> {
       mean[k] = weighted_mean(output(k));
       to.value[k] = step.measured_value[static_cast<std::size_t>(k)] - mean[k];
       for (int j = 0; j <= k; ++j)
-        if (is_measured(step, j)) to.covariance(k, j) = to.covariance(j, k) = weighted_product(output(k), mean[k], output(j), mean[j]);
+        if (is_measured(step, j))
+          to.covariance(k, j) = to.covariance(j, k) = weighted_product(output(k), mean[k], output(j), mean[j]);
       to.covariance(k, k) += this->belief_.noise[static_cast<std::size_t>(k)].variance(mean[k], to.covariance(k, k));
     }
   }

@@ -7,14 +7,30 @@
 #include "common/batch_math.hpp"
 
 // Compiled twice, the wider for processors that have it; chosen when the program starts (which sanitizers do not survive).
-#if defined(__x86_64__) && defined(__linux__) && defined(__GNUC__) && !defined(__clang__) && \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if defined(__x86_64__) && defined(__linux__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)
 #define SLIPSTREAM_WIDE [[gnu::target_clones("avx2", "default"), gnu::flatten]]
 #else
 #define SLIPSTREAM_WIDE
 #endif
 
 namespace slipstream {
+
+namespace {
+
+// -infinity if none is a number.
+double lane_greatest(std::size_t n, const double* x) {
+  constexpr std::size_t kLanes = 8;
+  double lane[kLanes];
+  std::fill_n(lane, kLanes, -std::numeric_limits<double>::infinity());
+  const std::size_t whole = n - n % kLanes;
+  for (std::size_t i = 0; i < whole; i += kLanes)
+    for (std::size_t k = 0; k < kLanes; ++k) lane[k] = x[i + k] > lane[k] ? x[i + k] : lane[k];
+  for (std::size_t i = whole; i < n; ++i) lane[0] = x[i] > lane[0] ? x[i] : lane[0];
+  return *std::max_element(lane, lane + kLanes);
+}
+
+}  // namespace
 
 SLIPSTREAM_WIDE
 void weigh_by_normal(double z, const NoiseLaw& law, std::span<const double> h, std::span<double> log_weight) {
@@ -44,10 +60,10 @@ double normalise(std::span<double> log_weight, std::span<double> weight) {
   const std::size_t n = log_weight.size();
   double* const l = log_weight.data();
   double* const w = weight.data();
-  double greatest = -std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < n; ++i) greatest = l[i] > greatest ? l[i] : greatest;
+  const double greatest = lane_greatest(n, l);
   if (!std::isfinite(greatest)) return 0.0;
-  for (std::size_t i = 0; i < n; ++i) w[i] = batch::exp(l[i] - greatest);
+  for (std::size_t i = 0; i < n; ++i) w[i] = l[i] - greatest > batch::kExpLowest ? l[i] - greatest : batch::kExpLowest;
+  for (std::size_t i = 0; i < n; ++i) w[i] = batch::exp(w[i]);
   const double sum = lane_sum(n, [&](std::size_t i) { return w[i]; });
   const double scale = 1.0 / sum, constant = greatest + std::log(sum);
   for (std::size_t i = 0; i < n; ++i) {

@@ -131,10 +131,18 @@ inline Estimate from_wire(const slipstream::estimate& m) {
   require(
       m.messages_lost >= 0 && m.messages_lost <= kMaxCounter && m.messages_rejected >= 0 && m.messages_rejected <= kMaxCounter,
       "a counter is out of range");
-  return {header_of(m),     m.name,          static_cast<EstimateStatus>(m.status),
-          m.mean,           flat(m.covariance), m.interval_low,
-          m.interval_high,  m.innovation_of, m.innovation,
-          flat(m.innovation_covariance), m.step_time_us, m.messages_lost,
+  return {header_of(m),
+          m.name,
+          static_cast<EstimateStatus>(m.status),
+          m.mean,
+          flat(m.covariance),
+          m.interval_low,
+          m.interval_high,
+          m.innovation_of,
+          m.innovation,
+          flat(m.innovation_covariance),
+          m.step_time_us,
+          m.messages_lost,
           m.messages_rejected};
 }
 

@@ -60,10 +60,9 @@ bool introduce(EstimatorRecord& r, const Announcement& m) {
 
 bool fits(const Estimate& m) {
   const std::size_t n = m.mean.size(), measured = m.innovation.size();
-  return n > 0 && n <= kMaxStates && m.covariance.size() == n * n &&
-         (m.interval_low.empty() || m.interval_low.size() == n) && m.interval_high.size() == m.interval_low.size() && measured <= kMaxStates &&
-         m.innovation_of.size() == measured && m.innovation_covariance.size() == measured * measured &&
-         all_safe(m.innovation_of);
+  return n > 0 && n <= kMaxStates && m.covariance.size() == n * n && (m.interval_low.empty() || m.interval_low.size() == n) &&
+         m.interval_high.size() == m.interval_low.size() && measured <= kMaxStates && m.innovation_of.size() == measured &&
+         m.innovation_covariance.size() == measured * measured && all_safe(m.innovation_of);
 }
 
 }  // namespace

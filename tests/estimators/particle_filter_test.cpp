@@ -25,6 +25,13 @@ Belief<LinearModel> linear_belief() {
   return b;
 }
 
+// A measurement says little beside the prediction: the weights differ little, and N_eff is near N.
+Belief<LinearModel> calm_belief() {
+  Belief<LinearModel> b = linear_belief();
+  b.noise = {{{0.0, 1.0}, {0.0, 1.5}}};
+  return b;
+}
+
 struct Drive {
   std::vector<std::array<double, 2>> z;
   std::vector<Eigen::Vector2d> truth;
@@ -61,7 +68,7 @@ ParticleFilter<LinearModel> filter(const Belief<LinearModel>& b, int particles, 
 
 // The Kalman filter is the EKF, which kalman_test holds against a textbook filter.
 TEST(ParticleFilter, IsTheKalmanFilterOnALinearModel) {
-  const Belief<LinearModel> b = linear_belief();
+  const Belief<LinearModel> b = calm_belief();
   const Drive d = drive(200, b, 7);
   constexpr int kParticles = 20000;
   for (const double resample_below : {1.0, 0.5}) {
@@ -69,6 +76,7 @@ TEST(ParticleFilter, IsTheKalmanFilterOnALinearModel) {
     Ekf<LinearModel> kalman(b);
     pf.start_given();
     kalman.start_given();
+    double squares = 0.0;  // of the mean's error, in sigma/sqrt(N)
     for (int k = 0; k < 200; ++k) {
       const std::uint32_t measured = k % 5 == 3 ? 1U : k % 7 == 2 ? 2U : k % 11 == 9 ? 0U : 3U;
       step(pf, k, d.z[static_cast<std::size_t>(k)], measured);
@@ -77,16 +85,22 @@ TEST(ParticleFilter, IsTheKalmanFilterOnALinearModel) {
       ASSERT_EQ(p.status, EstimateStatus::kValid);
       for (std::size_t i = 0; i < 2; ++i) {
         const double variance = exact.covariance[3 * i], sigma = std::sqrt(variance);
-        // The mean of N_eff independent draws errs by sigma/sqrt(N_eff); here N_eff is 0.5 N and more: 4/sqrt(N) is nearly 3 of it.
-        EXPECT_NEAR(p.mean[i], exact.mean[i], 4.0 * sigma / std::sqrt(kParticles)) << k;
-        // The variance of N draws of a normal errs by sqrt(2/N) of itself: 6 of that, for the weights and the earlier draws.
+        const double error = (p.mean[i] - exact.mean[i]) / (sigma / std::sqrt(kParticles));
+        squares += error * error / 400.0;
+        // The mean of N independent draws errs by sigma/sqrt(N), that of weighted ones by somewhat more; its square root of the
+        // mean square is checked below. Four of it; one case in a hundred may be the measurement that leaves few particles.
+        EXPECT_LT(std::abs(error), 4.0 * 1.5) << k;
+        // The variance of N draws of a normal errs by sqrt(2/N) of itself: six of that, for the weights and the earlier draws.
         EXPECT_NEAR(p.covariance[3 * i] / variance, 1.0, 6.0 * std::sqrt(2.0 / kParticles)) << k;
-        EXPECT_NEAR((p.interval_high[i] - p.interval_low[i]) / sigma, 2.0 * 2.5758, 0.25) << k;  // quantiles: density 0.014 there
+        // A quantile errs by sqrt(0.005/N) over the density there, 0.0145/sigma: 0.034 sigma each; five of both together.
+        EXPECT_NEAR((p.interval_high[i] - p.interval_low[i]) / sigma, 2.0 * 2.5758, 5.0 * 0.048) << k;
         if ((measured >> i & 1U) == 0U) continue;
-        EXPECT_NEAR(p.innovation[i], exact.innovation[i], 4.0 * std::sqrt(exact.innovation_covariance[3 * i] / kParticles)) << k;
-        EXPECT_NEAR(p.innovation_covariance[3 * i] / exact.innovation_covariance[3 * i], 1.0, 6.0 * std::sqrt(2.0 / kParticles));
+        const double s = exact.innovation_covariance[3 * i];
+        EXPECT_NEAR(p.innovation[i], exact.innovation[i], 4.0 * std::sqrt(s / kParticles)) << k;  // as the mean, and S > H P H'
+        EXPECT_NEAR(p.innovation_covariance[3 * i] / s, 1.0, 6.0 * std::sqrt(2.0 / kParticles)) << k;
       }
     }
+    EXPECT_LT(std::sqrt(squares), 1.5);  // 1 for independent draws; the weights cost the rest
   }
 }
 
@@ -131,7 +145,7 @@ TEST(ParticleFilter, ResamplesBelowTheFractionOnly) {
   const auto always = two_steps(b, 1.0), never = two_steps(b, kNever);
   EXPECT_EQ(always[0], never[0]);  // an estimate is made before its resampling
   EXPECT_NE(always[1], never[1]);
-  EXPECT_EQ(two_steps(b, 0.95), always);  // off by some deviations: N_eff is well below 0.95 N
+  EXPECT_EQ(two_steps(b, 0.95), always);                       // off by some deviations: N_eff is well below 0.95 N
   EXPECT_EQ(two_steps(vague, 0.5), two_steps(vague, kNever));  // a measurement that says nothing leaves N_eff at N
   EXPECT_NE(two_steps(vague, 1.0), two_steps(vague, kNever));
 }
@@ -153,9 +167,9 @@ TEST(ParticleFilter, AMeasurementBeyondAllParticlesUnderflowsNothing) {
   const Belief<LinearModel> b = linear_belief();
   ParticleFilter<LinearModel> pf = filter(b, 200, 0.5);
   pf.start_given();
-  step(pf, 0, {0.5 + 1500.0 * 0.3, -0.2}, 1U);  // 1500 sigma off: likelihoods of about exp(-1.1e6)
+  step(pf, 1, {0.5 + 1500.0 * 0.3, -0.2}, 1U);  // 1500 sigma off: likelihoods of about exp(-1.1e6)
   const Posterior p = pf.posterior();
-  EXPECT_NE(p.status, EstimateStatus::kInvalid);
+  EXPECT_EQ(p.status, EstimateStatus::kFallback);  // one particle takes all
   for (const double x : numbers(p)) EXPECT_TRUE(std::isfinite(x));
   EXPECT_GT(p.mean[0], 0.5 + 0.2);  // the farthest of 200 draws of deviation 0.2, almost surely beyond one of it
 }
@@ -197,7 +211,7 @@ TEST(ParticleFilter, StartOnTheMoveTakesTheMeasurementAndItsNoise) {
   ASSERT_TRUE(pf.start_measured(1, 3.0));
   step(pf, 0, {0.0, 0.0}, 0U);
   const double variance = 0.09 + 0.2 * 0.2;
-  EXPECT_NEAR(pf.posterior().mean[1], 3.0, 4.0 * std::sqrt(variance / kParticles));  // four deviations of a mean
+  EXPECT_NEAR(pf.posterior().mean[1], 3.0, 4.0 * std::sqrt(variance / kParticles));              // four deviations of a mean
   EXPECT_NEAR(pf.posterior().covariance[3] / variance, 1.0, 4.0 * std::sqrt(2.0 / kParticles));  // and of a variance
 }
 
@@ -308,7 +322,8 @@ Medians unimog_medians(const std::string& tuning) {
     double covered = 0.0;
     for (std::size_t k = 0; k < friction.size(); ++k) {
       const Estimate& e = played.estimates[k];
-      if (e.interval_low.size() == 2U) covered += e.interval_low[1] <= friction[k] && friction[k] <= e.interval_high[1] ? 1.0 : 0.0;
+      if (e.interval_low.size() == 2U)
+        covered += e.interval_low[1] <= friction[k] && friction[k] <= e.interval_high[1] ? 1.0 : 0.0;
     }
     values[3].push_back(covered / static_cast<double>(friction.size()));
   }
@@ -320,7 +335,7 @@ Medians unimog_medians(const std::string& tuning) {
 
 TEST(UnimogParticleFilter, DocumentTuning) {
   const Medians m = unimog_medians("document");
-  EXPECT_LE(m.rmse_friction, 0.0085);  // the bar; published: 0.01
+  EXPECT_LE(m.rmse_friction, 0.0085);   // the bar; published: 0.01
   EXPECT_LE(m.rmse_wheel_speed, 0.45);  // the bar; published: 0.51
 }
 

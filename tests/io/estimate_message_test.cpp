@@ -1,7 +1,6 @@
 // An estimate through its bytes and back, and the sizes that are refused.
 #include <gtest/gtest.h>
 
-#include "io/layout.hpp"
 #include "io/translate.hpp"
 
 namespace slipstream {
@@ -25,13 +24,18 @@ Estimate with_interval() {
   return e;
 }
 
+// Apart from its caller: inlined into one that knows the size, g++ 12 sees lcm-gen's code read what it has not written.
+[[gnu::noinline]] slipstream::estimate decoded(const void* data, int size) {
+  slipstream::estimate received;
+  EXPECT_EQ(received.decode(data, 0, size), size);
+  return received;
+}
+
 Estimate there_and_back(const Estimate& e) {
   const slipstream::estimate sent = wire::to_wire(e);
   std::vector<std::uint8_t> bytes(static_cast<std::size_t>(sent.getEncodedSize()));
   sent.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  slipstream::estimate received;
-  EXPECT_EQ(received.decode(bytes.data(), 0, static_cast<int>(bytes.size())), static_cast<int>(bytes.size()));
-  return wire::from_wire(received);
+  return wire::from_wire(decoded(bytes.data(), static_cast<int>(bytes.size())));
 }
 
 TEST(EstimateMessage, CarriesTheInterval) {

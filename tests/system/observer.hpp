@@ -108,7 +108,9 @@ inline std::string bits(const Estimate& e, bool with_rejections = true) {
   };
   add(std::vector<std::int64_t>{e.header.utime, e.header.seq, e.header.run_id, e.messages_lost,
                                 with_rejections ? e.messages_rejected : 0});
-  for (const auto* values : {&e.mean, &e.covariance, &e.interval_low, &e.interval_high, &e.innovation, &e.innovation_covariance}) add(*values);
+  for (const auto* values :
+       {&e.mean, &e.covariance, &e.interval_low, &e.interval_high, &e.innovation, &e.innovation_covariance})
+    add(*values);
   for (const std::string& quantity : e.innovation_of) result += " " + quantity;
   return result;
 }
