@@ -328,7 +328,8 @@ TEST(ScenarioReader, RefusesValuesOutOfRange) {
 
 TEST(ScenarioReader, RefusesWhatIsMissing) {
   EXPECT_EQ(refused_with("rate_hz = 50", ""), "s.toml:5:1: missing key 'rate_hz' in [sensor.wheel_speed]");
-  EXPECT_EQ(refused_with("type = \"unimog\"", ""), "s.toml:3:1: missing key 'type' in [vehicle], expected \"unimog\"");
+  EXPECT_EQ(refused_with("type = \"unimog\"", ""),
+            "s.toml:3:1: missing key 'type' in [vehicle], expected one of \"unimog\", \"quarter_car\"");
   EXPECT_EQ(refused_with("name = \"minimal\"", ""), "s.toml: missing key 'name'");
   EXPECT_EQ(refused_with("[vehicle]\ntype = \"unimog\"", ""), "s.toml: expected either [vehicle] or [recorded], found neither");
   EXPECT_EQ(refused_with("[run]", "[recorded]"), "s.toml: expected either [vehicle] or [recorded], found both");
@@ -387,7 +388,8 @@ TEST(ScenarioReader, RefusesSensorErrorsThatMakeNoSense) {
   EXPECT_EQ(sensor_with("bias_radps = inf"),
             "s.toml:7:14: sensor.wheel_speed.bias_radps: found inf, expected a finite number from -1000000000 to 1000000000");
   EXPECT_EQ(sensor_with("bias_mps2 = 1"),
-            "s.toml:7:1: unknown key 'bias_mps2' in [sensor.wheel_speed]; did you mean 'bias_radps'?");
+            "s.toml:7:1: unknown key 'bias_mps2' in [sensor.wheel_speed]; expected one of rate_hz, noise_percent, "
+            "noise_radps, scale, bias_radps, quantum_radps, delay_s");
   // A recorded drive's errors are in its data.
   const auto recorded_with = [](const std::string& line) {
     return refused(replaced(kRecorded, "rate_hz = 20", "rate_hz = 20\n" + line));
