@@ -1,6 +1,7 @@
 // The scale car and the snow car of document 002, chapters 4 and 5, over seeds that no tuning has seen (they were chosen on
-// seeds from 1000). An EKF runs seeds 1 to 20; an MHE at 1 kHz costs half a millisecond a step, so it runs the first three here
-// and all twenty by hand: on this almost linear problem it is the EKF's estimate, which is asserted instead.
+// seeds from 1000). An EKF runs seeds 1 to 20. An MHE at 1 kHz costs half a millisecond a step, so with the document's tuning
+// it runs three seeds, and with the matched one a single seed, where it must be the EKF's estimate: the problem is almost
+// linear.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -67,7 +68,7 @@ Medians medians(Scenario scenario, const std::string& algorithm, const std::stri
 }
 
 void expect_same_estimate(const Scenario& scenario, const std::string& tuning) {
-  const Medians ekf = medians(scenario, "ekf", tuning, kMheSeeds), mhe = medians(scenario, "mhe", tuning, kMheSeeds);
+  const Medians ekf = medians(scenario, "ekf", tuning, 1), mhe = medians(scenario, "mhe", tuning, 1);
   for (const auto& [name, r2] : ekf.r2) EXPECT_NEAR(mhe.r2.at(name), r2, 1e-6) << name;  // the solver's tolerance
   EXPECT_EQ(mhe.fallbacks, 0U);
 }
@@ -90,7 +91,7 @@ TEST(ScaleCar, NoiseFreeTuningWithoutNoise) {
   for (const auto& [name, r2] : m.r2) EXPECT_NEAR(mhe.r2.at(name), r2, 1e-6) << name;  // the solver's tolerance
 }
 
-// The document's own numbers give the document's accuracy: within 0.006 of Table 7, since the run's length and surface are
+// The document's own numbers give at least the document's accuracy, save 0.002 for the run's length and surface, which are
 // ours.
 TEST(ScaleCar, DocumentTuning) {
   struct Published {
@@ -105,8 +106,8 @@ TEST(ScaleCar, DocumentTuning) {
                               !p.noise ? 1
                               : mhe    ? kMheSeeds
                                        : kSeeds);
-    EXPECT_NEAR(m.r2.at("friction"), p.friction, 0.006) << p.algorithm << p.noise;
-    EXPECT_NEAR(m.r2.at("wheel_speed_radps"), p.wheel_speed, 0.006) << p.algorithm << p.noise;
+    EXPECT_GE(m.r2.at("friction"), p.friction - 0.002) << p.algorithm << p.noise;
+    EXPECT_GE(m.r2.at("wheel_speed_radps"), p.wheel_speed - 0.002) << p.algorithm << p.noise;
     EXPECT_GE(m.r2.at("speed_mps"), 0.999);
   }
 }

@@ -412,7 +412,8 @@ TEST(ScenarioReader, RefusesSensorErrorsThatMakeNoSense) {
   EXPECT_EQ(sensor_with("bias_radps = inf"),
             "s.toml:7:14: sensor.wheel_speed.bias_radps: found inf, expected a finite number from -1000000000 to 1000000000");
   EXPECT_EQ(sensor_with("bias_mps2 = 1"),
-            "s.toml:7:1: unknown key 'bias_mps2' in [sensor.wheel_speed]; did you mean 'bias_radps'?");
+            "s.toml:7:1: unknown key 'bias_mps2' in [sensor.wheel_speed]; expected one of rate_hz, noise_percent, "
+            "noise_radps, scale, bias_radps, quantum_radps, delay_s");
   // A recorded drive's errors are in its data.
   const auto recorded_with = [](const std::string& line) {
     return refused(replaced(kRecorded, "rate_hz = 20", "rate_hz = 20\n" + line));
