@@ -11,6 +11,8 @@
 namespace slipstream {
 namespace {
 
+const std::string kVehicles = R"(one of "unimog", "suspended_wheel")";  // models/registry.hpp
+
 // Lines are counted in the tests below: [sensor.wheel_speed] is line 5, [tuning.matched] line 12.
 const std::string kMinimal = R"(name = "minimal"
 [run]
@@ -299,7 +301,7 @@ TEST(ScenarioReader, RefusesValuesOutOfRange) {
   EXPECT_EQ(refused_with("[run]", "[run]\nwait_for = [\"a b\"]"),
             "s.toml:3:13: run.wait_for: found \"a b\", expected a name of 1 to 32 characters A-Z a-z 0-9 _ -");
   EXPECT_EQ(refused_with("[run]", "[run]\nwait_for = [\"ekf\", \"ekf\"]"), "s.toml:3:20: run.wait_for: \"ekf\" appears twice");
-  EXPECT_EQ(refused_with("\"unimog\"", "\"tractor\""), "s.toml:4:8: vehicle.type: found \"tractor\", expected \"unimog\"");
+  EXPECT_EQ(refused_with("\"unimog\"", "\"tractor\""), "s.toml:4:8: vehicle.type: found \"tractor\", expected " + kVehicles);
   EXPECT_EQ(refused_with("tuning = \"matched\"", "tuning = \"matchd\""),
             "s.toml:8:10: estimator.tuning: found \"matchd\", expected \"matched\"");
   EXPECT_EQ(refused_with("[tuning.matched]", "[tuning.matched]\nmhe_window = 0"),
@@ -308,7 +310,7 @@ TEST(ScenarioReader, RefusesValuesOutOfRange) {
 
 TEST(ScenarioReader, RefusesWhatIsMissing) {
   EXPECT_EQ(refused_with("rate_hz = 50", ""), "s.toml:5:1: missing key 'rate_hz' in [sensor.wheel_speed]");
-  EXPECT_EQ(refused_with("type = \"unimog\"", ""), "s.toml:3:1: missing key 'type' in [vehicle], expected \"unimog\"");
+  EXPECT_EQ(refused_with("type = \"unimog\"", ""), "s.toml:3:1: missing key 'type' in [vehicle], expected " + kVehicles);
   EXPECT_EQ(refused_with("name = \"minimal\"", ""), "s.toml: missing key 'name'");
   EXPECT_EQ(refused_with("[vehicle]\ntype = \"unimog\"", ""), "s.toml: expected either [vehicle] or [recorded], found neither");
   EXPECT_EQ(refused_with("[run]", "[recorded]"), "s.toml: expected either [vehicle] or [recorded], found both");
