@@ -11,6 +11,8 @@
 namespace slipstream {
 namespace {
 
+const std::string kVehicles = R"(one of "unimog", "suspended_wheel")";  // models/registry.hpp
+
 // Lines are counted in the tests below: [sensor.wheel_speed] is line 5, [tuning.matched] line 12.
 const std::string kMinimal = R"(name = "minimal"
 [run]
