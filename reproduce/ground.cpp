@@ -116,7 +116,7 @@ void reproduce_ground_experiment(const Bench& bench, Outcome& o) {
                                         {"hierarchical_ekf", "document", "EKF"},
                                         {"hierarchical_mhe", "matched", "MHE matched"},
                                         {"hierarchical_ekf", "matched", "EKF matched"}};
-  constexpr const char* kOutputs[] = {"wheel_speed_radps", "a_x_mps2"};
+  static constexpr const char* kOutputs[] = {"wheel_speed_radps", "a_x_mps2"};
   struct Printed8 {
     const char* z[2];  // of kOutputs
     const char* step_ms;
