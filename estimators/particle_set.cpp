@@ -34,14 +34,13 @@ double lane_greatest(std::size_t n, const double* x) {
 
 SLIPSTREAM_WIDE
 void weigh_by_normal(double z, const NoiseLaw& law, std::span<const double> h, std::span<double> log_weight) {
-  constexpr double kLeastVariance = 1e-300;  // where the law is relative and h is 0
+  constexpr double kLeastVariance = 1e-300;  // where the law is relative and h is 0; else lost in rounding
   const NoiseLaw noise = law;
   const std::size_t n = h.size();
   const double* const from = h.data();
   double* const l = log_weight.data();
   for (std::size_t i = 0; i < n; ++i) {
-    double r = noise.variance(from[i]);
-    r = r > kLeastVariance ? r : kLeastVariance;
+    const double r = noise.variance(from[i]) + kLeastVariance;
     l[i] -= 0.5 * ((z - from[i]) * (z - from[i]) / r + batch::log(r));
   }
 }

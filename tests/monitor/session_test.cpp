@@ -408,7 +408,11 @@ TEST(RunRecord, AnEstimateThatDoesNotFitIsRejected) {
   wrong = t.estimate(3, 0.0);
   wrong.innovation_of = {"<b>"};
   t.session.handle(wrong);
-  EXPECT_EQ(ekf(t).rejected, 3);
+  wrong = t.estimate(4, 0.0);
+  wrong.interval_low = {0.0};
+  wrong.interval_high = {1.0};
+  t.session.handle(wrong);
+  EXPECT_EQ(ekf(t).rejected, 4);
   EXPECT_EQ(ekf(t).utime.size(), 1u);
 }
 
