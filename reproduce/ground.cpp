@@ -205,7 +205,7 @@ void reproduce_ground_experiment(const Bench& bench, Outcome& o) {
   const double end_s = first.truth_t_s.back();
   Sketch torque("Fig. 21", "Input torque of the experiment", end_s);
   torque.panel("torque (N m)", 320).line("commanded, as estimators are told", first.truth_t_s, first.truth_of("drive_torque_nm"), line_of(0));
-  torque.line("after the motor's lag", first.truth_t_s, first.truth_of("motor_torque_nm"), line_of(1));
+  torque.line("after the motor lag", first.truth_t_s, first.truth_of("motor_torque_nm"), line_of(1));
   o.figures.push_back(torque.finish("Ours: the document's curve prints no numbers."));
   std::vector<double> ms = first.tracks[0].step_time_us;
   for (double& v : ms) v *= 1e-3;
@@ -214,13 +214,13 @@ void reproduce_ground_experiment(const Bench& bench, Outcome& o) {
                           .log_y()
                           .line("MHE, document tuning", first.tracks[0].t_s, ms, line_of(0, 1.0))
                           .level("sampling time", 1.0, "with lines lc rgb \"#000000\" lw 1.4 dt (8,4)")
-                          .level("the document's mean", 6.1, "with lines lc rgb \"#CC79A7\" lw 1.4 dt (3,4)")
+                          .level("mean of the document", 6.1, "with lines lc rgb \"#CC79A7\" lw 1.4 dt (3,4)")
                           .finish("Below the sampling time of 1 ms where the document's was six times above. Logarithmic scale."));
   const std::vector<std::size_t> drawn{0, 1, 3};
   o.figures.push_back(three_curves("Fig. 23", "Wheel speed of the experiment", "wheel speed (rad/s)", first, kStates[1], drawn,
                                    "All follow the encoder at this scale."));
   o.figures.push_back(three_curves("Fig. 24", "Friction of the experiment", "friction (-)", first, kStates[0], drawn,
-                                   "Here the truth is known: the unmodelled losses, load transfer and the accelerometer's bias show as an offset."));
+                                   "Here the truth is known, and the estimates are off by what the model leaves out."));
   std::vector<double> rolling = first.truth_of("wheel_speed_radps");
   for (double& v : rolling) v *= 0.033;
   Sketch speed("Fig. 25", "Speed of the experiment", end_s);

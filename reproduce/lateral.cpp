@@ -120,8 +120,9 @@ void reproduce_circle(const Bench& bench, Outcome& o) {
   o.figures.push_back(output_figure("Fig. 26", "Lateral acceleration on the circle", "a_y (m/s²)", s.first, 0));
   o.figures.push_back(output_figure("Fig. 27", "Yaw rate on the circle", "w_z (rad/s)", s.first, 1));
   o.figures.push_back(trajectory("Fig. 28", "Path on the circle", s.first,
-                                 "Three laps. Heading and position are not observable: they are counted on from the start. With the document's tuning "
-                                 "every lap lies elsewhere, as in its figure; with the matched one the laps lie on each other."));
+                                 "Three laps. Heading and position are not observable, they are counted on from the start; with the right model all estimates "
+                                 "stay with the truth. The laps of the document's estimates were not concentric, which it puts down to understeer and a "
+                                 "larger steering angle in the model."));
   score_table("Table 11", s, {{"ekf", {"0.9999", "0.9949"}}, {"mhe", {"0.9470", "0.9825"}}}, o);
   const Scenario scenario = bench.scenario("circle", {});
   const SingleTrack& t = std::get<Bicycle>(scenario.plant.vehicle).track;

@@ -75,7 +75,7 @@ void states_at_10(const Played& p, Outcome& o) {
   one("Fig. 56", "Wheel speed of the Unimog, 10 % noise", "wheel_speed_radps", "wheel speed (rad/s)",
       "With the document's weights the EKF follows the noise; with matched noise it does not.");
   one("Fig. 57", "Friction of the Unimog, 10 % noise", "friction", "friction (-)",
-      "Both start at zero, as the document's do. Matched noise halves the scatter and keeps up at the gear changes.");
+      "Both start at zero, as the document's do. Matched noise cuts the error to less than half.");
   one("Fig. 58", "Speed of the Unimog, 10 % noise", "speed_mps", "speed (m/s)",
       "The speed is the integral of the friction from a known start: all lie on the truth at this scale.");
 }
