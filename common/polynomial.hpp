@@ -1,4 +1,5 @@
-// Least-squares polynomial through points, in the scaled abscissa s = x / x_last: sum of c_i s^i, by a QR decomposition of the powers.
+// Least-squares polynomial through points, in the scaled abscissa s = x / x_last: sum of c_i s^i, by a QR decomposition of the
+// powers.
 #pragma once
 
 #include <Eigen/Dense>

@@ -19,12 +19,7 @@ class GaussianEstimator : public Estimator {
 
   bool start_measured(int output, double z) override {
     Gaussian<M> at{belief_.initial_mean, belief_.initial_variance.asDiagonal()};
-    if (!belief_.model.start_from(output, z, at.mean)) return false;
-    // The start is linear in z, so a unit step shows its slope.
-    Vector<double, M::kStates> further = belief_.initial_mean;
-    belief_.model.start_from(output, z + 1.0, further);
-    const Vector<double, M::kStates> slope = further - at.mean;
-    at.covariance += slope * belief_.noise[static_cast<std::size_t>(output)].variance(z) * slope.transpose();
+    if (!start_at(output, z, at)) return false;
     start(at);
     return true;
   }
@@ -39,6 +34,17 @@ class GaussianEstimator : public Estimator {
 
  protected:
   virtual void on_start() {}
+
+  // Puts into `at` what a measured output fixes of a start, with its noise; false if it fixes nothing.
+  bool start_at(int output, double z, Gaussian<M>& at) const {
+    // The start is linear in z, so a unit step shows its slope.
+    Vector<double, M::kStates> further = at.mean;
+    if (!belief_.model.start_from(output, z, at.mean)) return false;
+    belief_.model.start_from(output, z + 1.0, further);
+    const Vector<double, M::kStates> slope = further - at.mean;
+    at.covariance += slope * belief_.noise[static_cast<std::size_t>(output)].variance(z) * slope.transpose();
+    return true;
+  }
 
   static Vector<double, M::kInputs> input_of(const StepInput& step) {
     return Eigen::Map<const Vector<double, M::kInputs>>(step.input.data());

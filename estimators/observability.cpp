@@ -173,7 +173,8 @@ Observability observability_of(const Scenario& scenario, const Tuning& tuning) {
       process_of(scenario, tuning));
 }
 
-Observability observability_along(const Scenario& scenario, const Tuning& tuning, const std::vector<std::vector<double>>& states,
+Observability observability_along(const Scenario& scenario, const Tuning& tuning,
+                                  const std::vector<std::vector<double>>& states,
                                   const std::vector<std::vector<double>>& inputs, double dt_s) {
   return std::visit(
       [&]<typename M>(const M& model) {
@@ -200,14 +201,14 @@ std::string observability_line(const Observability& o) {
   if (o.observable() || unknown) return "";
   const std::vector<std::string> names = o.unobservable();
   const bool one = names.size() == 1;
-  const std::string follow =
-      o.fading ? fmt::format("{} follow{} from the model alone, in which errors fade", one ? "its estimate" : "their estimates",
-                             one ? "s" : "")
-               : fmt::format("{} integrated from the start and {} uncertainty grows",
-                             one ? "its estimate is" : "their estimates are", one ? "its" : "their");
-  std::string line = fmt::format("{} {} not observable from {} with model {} (rank {} of {}): {}", listed(names),
-                                 one ? "is" : "are", o.outputs.empty() ? "no sensor" : fmt::format("{}", fmt::join(o.outputs, ", ")),
-                                 o.model, o.rank, o.states.size(), follow);
+  const std::string follow = o.fading ? fmt::format("{} follow{} from the model alone, in which errors fade",
+                                                    one ? "its estimate" : "their estimates", one ? "s" : "")
+                                      : fmt::format("{} integrated from the start and {} uncertainty grows",
+                                                    one ? "its estimate is" : "their estimates are", one ? "its" : "their");
+  std::string line =
+      fmt::format("{} {} not observable from {} with model {} (rank {} of {}): {}", listed(names), one ? "is" : "are",
+                  o.outputs.empty() ? "no sensor" : fmt::format("{}", fmt::join(o.outputs, ", ")), o.model, o.rank,
+                  o.states.size(), follow);
   if (const std::vector<std::string> weak = o.weak(); !weak.empty())
     line += fmt::format("; {} {} hardly observable", listed(weak), weak.size() == 1 ? "is" : "are");
   return line;

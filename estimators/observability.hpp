@@ -1,4 +1,5 @@
-// What the measurements can tell about each state: observability, linear and along a trajectory, and as a number for each state.
+// What the measurements can tell about each state: observability, linear and along a trajectory, and as a number for each
+// state.
 //
 // Linear, x' = A x, z = C x:  O = [C; C A; ...; C A^(n-1)],  observable where rank O = n  (document 002, eqs 5.2-5.5).
 //
@@ -6,9 +7,10 @@
 //
 //   Phi_k = F_{k-1} ... F_0,   O = [...; R_k^-1/2 H_k Phi_k P_0^1/2; ...]        F = df/dx, H = dh/dx by dual numbers
 //
-// with P_0 the start's and R the sensors' variances, both diagonal; R of a relative noise is the expected one, as in kalman.hpp.
-// So O has no dimension: a singular value s means that the window's measurements divide the start's variance in that direction
-// by 1 + s^2. The variance ratio of a state, diag((I + O'O)^-1), is what is left of its start's variance, without process noise.
+// with P_0 the start's and R the sensors' variances, both diagonal; R of a relative noise is the expected one, as in
+// kalman.hpp. So O has no dimension: a singular value s means that the window's measurements divide the start's variance in
+// that direction by 1 + s^2. The variance ratio of a state, diag((I + O'O)^-1), is what is left of its start's variance,
+// without process noise.
 //
 //   rank          singular values above 1e-10 of the largest: what is below is rounding of the products
 //   unobservable  states with a part above 1e-6 in the null space of O
@@ -58,9 +60,10 @@ inline constexpr double kObservabilityWindow_s = 1.0;
 // decides: at rest, drag and slip have no slope. Refuses an initial variance of zero.
 Observability observability_of(const Scenario& scenario, const Tuning& tuning);
 
-// Along given states (in the model's order) and inputs, dt_s apart, every sensor at every instant. inputs[k] acts from states[k]
-// to states[k + 1]. Refuses rows of another length.
-Observability observability_along(const Scenario& scenario, const Tuning& tuning, const std::vector<std::vector<double>>& states,
+// Along given states (in the model's order) and inputs, dt_s apart, every sensor at every instant. inputs[k] acts from
+// states[k] to states[k + 1]. Refuses rows of another length.
+Observability observability_along(const Scenario& scenario, const Tuning& tuning,
+                                  const std::vector<std::vector<double>>& states,
                                   const std::vector<std::vector<double>>& inputs, double dt_s);
 
 // One line for users where the model is not observable, else empty; empty, too, where the model was not finite at the very

@@ -9,10 +9,12 @@
 // Innovation: z minus the mean of h over the predicted set; its covariance is that of h plus the mean of R. Only states whose
 // process variance is positive are drawn; the noise of one step is a standard deviation sqrt(Q), the document's "step".
 //
-// When things go wrong. Weights cannot underflow (log-weights); when a measurement is so far off that even their logarithms are
-// lost, it is left out and the predicted set stands (kFallback). When one particle carries all the weight the set has no
-// spread: its variance is then that of one step's process noise (kFallback; kInvalid where that is 0 too). A particle that is
-// no longer finite is replaced by the heaviest one, without weight; if there is no finite one, the estimate is kInvalid.
+// When things go wrong. Where no particle is within 6 standard deviations of a measurement, the set has lost the state: it is
+// drawn anew around its mean with the start's variance, and what the measurement fixes (start_from) is taken from it
+// (kFallback). Weights cannot underflow (log-weights); when even their logarithms are lost, the measurement is left out and the
+// predicted set stands (kFallback). When one particle carries all the weight the set has no spread: its variance is then that
+// of one step's process noise (kFallback; kInvalid where that is 0 too). A particle that is no longer finite is replaced by the
+// heaviest one, without weight; if there is no finite one, the estimate is kInvalid.
 //
 // Document 002, section 3.5.1 and Table 2; Arulampalam et al. (2002), algorithm 4. Cost grows with N n; the arrays are one per
 // state.
@@ -66,6 +68,13 @@ class ParticleFilter final : public GaussianEstimator<M> {
     EstimateStatus status = EstimateStatus::kValid;
     double effective = static_cast<double>(size_);
     observe(u, step);
+    if (is_set_lost(step)) {
+      const Innovation<M> surprise = this->innovation_;  // what was measured against what was predicted stays the innovation
+      scatter(step);
+      observe(u, step);
+      this->innovation_ = surprise;
+      status = EstimateStatus::kFallback;
+    }
     if (step.measured != 0U) {
       effective = weigh(step);
       if (effective == 0.0) status = EstimateStatus::kFallback;
@@ -90,6 +99,7 @@ class ParticleFilter final : public GaussianEstimator<M> {
 
  private:
   static constexpr double kTail = 0.005;  // of a 99 % interval, on each side
+  static constexpr double kReach = 6.0;   // standard deviations: nothing Gaussian of this bench is further off in its lifetime
 
   double* state(int s) { return x_.data() + static_cast<std::size_t>(s) * size_; }
   double* output(int k) { return h_.data() + static_cast<std::size_t>(k) * size_; }
@@ -182,6 +192,33 @@ class ParticleFilter final : public GaussianEstimator<M> {
           to.covariance(k, j) = to.covariance(j, k) = weighted_product(output(k), mean[k], output(j), mean[j]);
       to.covariance(k, k) += this->belief_.noise[static_cast<std::size_t>(k)].variance(mean[k], to.covariance(k, k));
     }
+  }
+
+  // Whether for some measurement no particle is within kReach standard deviations of its noise.
+  bool is_set_lost(const StepInput& step) const {
+    for (int k = 0; k < m; ++k) {
+      if (!is_measured(step, k)) continue;
+      const NoiseLaw& law = this->belief_.noise[static_cast<std::size_t>(k)];
+      const double z = step.measured_value[static_cast<std::size_t>(k)];
+      const double* const h = h_.data() + static_cast<std::size_t>(k) * size_;
+      bool any = false;
+      for (std::size_t i = 0; i < size_ && !any; ++i) {
+        const double square = (z - h[i]) * (z - h[i]);
+        any = square <= kReach * kReach * law.variance(h[i]) || !std::isfinite(square);  // beyond all numbers: left out below
+      }
+      if (!any) return true;
+    }
+    return false;
+  }
+
+  // Draws the set anew around its mean, with the variance of the start and of what the measurements fix.
+  void scatter(const StepInput& step) {
+    Gaussian<M> at{State::Zero(), this->belief_.initial_variance.asDiagonal()};
+    for (int s = 0; s < n; ++s) at.mean[s] = weighted_mean(state(s));
+    for (int k = 0; k < m; ++k)
+      if (is_measured(step, k)) this->start_at(k, step.measured_value[static_cast<std::size_t>(k)], at);
+    this->estimate_ = at;
+    on_start();
   }
 
   // Multiplies the likelihood in. N_eff; 0 if all weights have vanished, and then they are as before.

@@ -21,7 +21,8 @@ bool is_usable(EstimateStatus s) { return s == EstimateStatus::kValid || s == Es
 // Any estimator, with a record of the input of its last step: h(x^, u) belongs to that.
 class Overheard final : public Estimator {
  public:
-  Overheard(std::unique_ptr<Estimator> estimator, std::vector<double>& input) : estimator_(std::move(estimator)), input_(input) {}
+  Overheard(std::unique_ptr<Estimator> estimator, std::vector<double>& input)
+      : estimator_(std::move(estimator)), input_(input) {}
   ModelNames names() const override { return estimator_->names(); }
   void start_given() override { estimator_->start_given(); }
   bool start_measured(int output, double z) override { return estimator_->start_measured(output, z); }

@@ -1,5 +1,5 @@
-// Is what the estimators claim of their errors true? NEES and NIS where the model is the plant's, and what they are where it is not;
-// and what can be observed at all, for every model (document 002, eqs 5.2-5.5).
+// Is what the estimators claim of their errors true? NEES and NIS where the model is the plant's, and what they are where it is
+// not; and what can be observed at all, for every model (document 002, eqs 5.2-5.5).
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -30,16 +30,23 @@ void draw_start(Scenario& s, const std::string& tuning, const Played& truth) {
   }
 }
 
-void add(const std::string& what, const std::string& index, const Case& c, const Consistency& score, int runs, Table& table, Outcome& o) {
-  Row row = reported("Consistency", fmt::format("mean {}, {}", index, what), "", {score.mean},
-                     fmt::format("expected {:g}, 95 % band {:.3f} to {:.3f}", score.dimension, score.band.low, score.band.high));
+void add(const std::string& what, const std::string& index, const Case& c, const Consistency& score, int runs, Table& table,
+         Outcome& o) {
+  Row row =
+      reported("Consistency", fmt::format("mean {}, {}", index, what), "", {score.mean},
+               fmt::format("expected {:g}, 95 % band {:.3f} to {:.3f}", score.dimension, score.band.low, score.band.high));
   row.runs = runs;
-  row.verdict = score.within ? "inside the 95 % band" : score.mean < score.band.low ? "below the 95 % band" : "above the 95 % band";
+  row.verdict = score.within                  ? "inside the 95 % band"
+                : score.mean < score.band.low ? "below the 95 % band"
+                                              : "above the 95 % band";
   if (!c.matches) row.verdict += ": the model does not match the plant, because " + c.reason;
   o.rows.push_back(row);
   table.rows.push_back({what, index, fmt::format("{:.4f}", score.mean), fmt::format("{:g}", score.dimension),
                         fmt::format("{:.3f} to {:.3f}", score.band.low, score.band.high),
-                        score.within ? "inside" : score.mean < score.band.low ? "below" : "above", c.matches ? "yes" : "no: " + c.reason});
+                        score.within                  ? "inside"
+                        : score.mean < score.band.low ? "below"
+                                                      : "above",
+                        c.matches ? "yes" : "no: " + c.reason});
 }
 
 void consistency(const Bench& bench, const Case& c, int& done, int total, Table& table, Outcome& o) {
@@ -76,7 +83,8 @@ void observability(const Bench& bench, Outcome& o) {
   a << -0.01 / 3.2e-3, -0.7 * kGravity_mps2 * 0.033 / 3.2e-3, 0.0, 0.0;
   c << 0.0, kGravity_mps2, 1.0, 0.0;
   const Eigen::MatrixXd matrix = observability_matrix(a, c);
-  Table eq{"Observability matrix of eq. 5.5, states wheel speed and friction", {{"row", false}, {"wheel speed"}, {"friction"}}, {}};
+  Table eq{
+      "Observability matrix of eq. 5.5, states wheel speed and friction", {{"row", false}, {"wheel speed"}, {"friction"}}, {}};
   constexpr const char* kRows[] = {"a_x", "w", "a_x, once through A", "w, once through A"};
   for (Eigen::Index i = 0; i < matrix.rows(); ++i)
     eq.rows.push_back({kRows[i], fmt::format("{:.4g}", matrix(i, 0)), fmt::format("{:.4g}", matrix(i, 1))});
@@ -84,17 +92,31 @@ void observability(const Bench& bench, Outcome& o) {
   o.rows.push_back(met("Eq. 5.5", "rank of the observability matrix", "", Printed("2"), numerical_rank(matrix), 0.0, ""));
 
   Table table{"Along one second of the true drive, seed 1, tuning matched",
-              {{"scenario", false}, {"model", false}, {"measured", false}, {"rank", false}, {"not observable", false},
+              {{"scenario", false},
+               {"model", false},
+               {"measured", false},
+               {"rank", false},
+               {"not observable", false},
                {"left of the start's variance", false}},
               {}};
-  for (const auto& [name, from_s] : {std::pair{"unimog", 1.0}, {"unimog_pf", 1.0}, {"snow_variable", 1.0}, {"scale_car", 0.1},
-                                     {"scale_car_wheel", 0.1}, {"circle", 2.0}, {"lane_change", 4.0}, {"track", 3.0}}) {
+  for (const auto& [name, from_s] : {std::pair{"unimog", 1.0},
+                                     {"unimog_pf", 1.0},
+                                     {"snow_variable", 1.0},
+                                     {"scale_car", 0.1},
+                                     {"scale_car_wheel", 0.1},
+                                     {"circle", 2.0},
+                                     {"lane_change", 4.0},
+                                     {"track", 3.0}}) {
     const Scenario s = bench.scenario(name, {});
     const Played p = play(s, {{"ekf", "matched", ""}});
     const Track& t = p.tracks[0];
     std::vector<std::vector<double>> states, inputs;
     std::vector<std::string> input_names;
-    std::visit([&](const auto& m) { for (const Quantity& q : m.kInputNames) input_names.emplace_back(q.name); }, s.estimator.process);
+    std::visit(
+        [&](const auto& m) {
+          for (const Quantity& q : m.kInputNames) input_names.emplace_back(q.name);
+        },
+        s.estimator.process);
     double dt_s = t.t_s[1] - t.t_s[0];
     for (std::size_t row = 0; row < t.t_s.size(); ++row) {
       if (t.t_s[row] < from_s || t.t_s[row] > from_s + kObservabilityWindow_s) continue;
@@ -108,40 +130,62 @@ void observability(const Bench& bench, Outcome& o) {
     std::string left;
     for (const auto& state : ob.states)
       left += fmt::format("{}{} {:.2g}", left.empty() ? "" : ", ", state.name, state.variance_ratio);
-    table.rows.push_back({name, ob.model, fmt::format("{}", fmt::join(ob.outputs, ", ")), fmt::format("{} of {}", ob.rank, ob.states.size()),
+    table.rows.push_back({name, ob.model, fmt::format("{}", fmt::join(ob.outputs, ", ")),
+                          fmt::format("{} of {}", ob.rank, ob.states.size()),
                           ob.observable() ? "-" : fmt::format("{}", fmt::join(ob.unobservable(), ", ")), left});
   }
-  o.tables.push_back({"Observability",
-                      "Rank of the measurements' sensitivities to the state at the start of the second (products of the model's exact Jacobians), and what the "
-                      "measurements leave of the variance that the tuning starts with: 1 means that they say nothing about a state. "
-                      "The eq. 5.5 of the document holds for wheel speed and friction; the speed itself is not in it.",
-                      table});
+  o.tables.push_back(
+      {"Observability",
+       "Rank of the measurements' sensitivities to the state at the start of the second (products of the model's exact "
+       "Jacobians), and what the "
+       "measurements leave of the variance that the tuning starts with: 1 means that they say nothing about a state. "
+       "The eq. 5.5 of the document holds for wheel speed and friction; the speed itself is not in it.",
+       table});
 }
 
 }  // namespace
 
 void reproduce_consistency(const Bench& bench, Outcome& o) {
   o.notes.emplace_back(
-      "NIS: the innovations' squares over their claimed covariance, all steps of all runs; a consistent filter's mean is the number of "
-      "measurements. NEES: the errors' squares over the claimed covariance at the end of each run, its mean the number of states. Where "
+      "NIS: the innovations' squares over their claimed covariance, all steps of all runs; a consistent filter's mean is the "
+      "number of "
+      "measurements. NEES: the errors' squares over the claimed covariance at the end of each run, its mean the number of "
+      "states. Where "
       "the model is the plant's, every start is drawn from the distribution that the filter is told.");
   const std::vector<std::string> lateral{"lateral_speed_mps", "yaw_rate_radps", "front_stiffness_npr", "rear_stiffness_npr"};
   const std::string wanders = "it lets the friction wander, where in truth torque and tyre decide it";
   const std::vector<Case> cases{
-      {"light vehicle, constant friction known to be constant", "snow_constant", "matched",
-       {"plant.input_rate_hz=2000", "tuning.matched.process_variance.friction=0", "tuning.matched.process_variance.wheel_speed_radps=1e-8"},
-       {"ekf", "mhe"}, {}, true, ""},
+      {"light vehicle, constant friction known to be constant",
+       "snow_constant",
+       "matched",
+       {"plant.input_rate_hz=10000", "tuning.matched.process_variance.friction=0",
+        "tuning.matched.process_variance.wheel_speed_radps=0"},
+       {"ekf", "mhe"},
+       {},
+       true,
+       ""},
       {"scale car on the circle", "circle", "matched", {}, {"ekf"}, lateral, true, ""},
       {"scale car on the track", "track", "matched", {}, {"ekf"}, lateral, true, ""},
       {"Unimog, 5 %", "unimog", "matched", {}, {"ekf", "hierarchical_ekf"}, {}, false, wanders},
       {"Unimog, 5 %, wheel speed only", "unimog_pf", "matched", {}, {"pf", "ekf"}, {}, false, wanders},
       {"light vehicle on a friction step", "snow_step", "matched", {}, {"pf", "ekf"}, {}, false, "a jump is not a random walk"},
       {"scale car on the ground", "scale_car", "matched", {}, {"hierarchical_ekf"}, {}, false, wanders},
-      {"scale car, richer plant", "scale_car_rich", "matched", {}, {"hierarchical_ekf"}, {}, false,
+      {"scale car, richer plant",
+       "scale_car_rich",
+       "matched",
+       {},
+       {"hierarchical_ekf"},
+       {},
+       false,
        "motor lag, load transfer, bias and delay are in the plant only"},
   };
   Table table{"NEES and NIS over the runs",
-              {{"case and algorithm", false}, {"index", false}, {"mean"}, {"expected"}, {"95 % band", false}, {"mean is", false},
+              {{"case and algorithm", false},
+               {"index", false},
+               {"mean"},
+               {"expected"},
+               {"95 % band", false},
+               {"mean is", false},
                {"model matches", false}},
               {}};
   int done = 0;

@@ -36,7 +36,8 @@ Picture three_curves(const std::string& item, const std::string& title, const st
                      const std::string& quantity, const std::vector<std::size_t>& tracks, const std::string& caption) {
   Sketch s(item, title, p.truth_t_s.back());
   s.panel(label, 340);
-  if (p.measured.contains(quantity)) s.line("measured", p.measured.at(quantity).t_s, p.measured.at(quantity).value, kMeasuredStyle);
+  if (p.measured.contains(quantity))
+    s.line("measured", p.measured.at(quantity).t_s, p.measured.at(quantity).value, kMeasuredStyle);
   if (p.truth.contains(quantity)) s.line("truth", p.truth_t_s, p.truth_of(quantity), kTruthStyle);
   for (const std::size_t k : tracks) s.line(p.tracks[k].label, p.tracks[k].t_s, p.tracks[k].of(quantity), line_of(k, 1.5));
   return s.finish(caption);
@@ -45,9 +46,10 @@ Picture three_curves(const std::string& item, const std::string& title, const st
 }  // namespace
 
 void reproduce_ground_simulation(const Bench& bench, Outcome& o) {
-  Table table{"R2, medians over the runs; in brackets the document's (mean of five)",
-              {{"noise", false}, {"estimator", false}, {"tuning", false}, {"friction"}, {"wheel speed"}, {"speed"}, {"p50 (ms)"}},
-              {}};
+  Table table{
+      "R2, medians over the runs; in brackets the document's (mean of five)",
+      {{"noise", false}, {"estimator", false}, {"tuning", false}, {"friction"}, {"wheel speed"}, {"speed"}, {"p50 (ms)"}},
+      {}};
   const std::vector<Follower> noisy{{"hierarchical_mhe", "document", "MHE"},
                                     {"hierarchical_ekf", "document", "EKF"},
                                     {"hierarchical_mhe", "matched", "MHE matched"},
@@ -66,7 +68,8 @@ void reproduce_ground_simulation(const Bench& bench, Outcome& o) {
   };
   Played first;
   std::map<int, std::vector<std::vector<double>>> columns;
-  for (const double v : values_of(play(bench.scenario("scale_car", {kNoNoise[0], kNoNoise[1]}), clean))) columns[0].push_back({v});
+  for (const double v : values_of(play(bench.scenario("scale_car", {kNoNoise[0], kNoNoise[1]}), clean)))
+    columns[0].push_back({v});
   columns[5] = over_seeds(bench, 0, bench.seeds, [&](int seed) {
     Played p = play(bench.scenario("scale_car", {seed_is(seed)}), noisy);
     const std::vector<double> values = values_of(p);
@@ -80,26 +83,29 @@ void reproduce_ground_simulation(const Bench& bench, Outcome& o) {
       std::vector<std::string> cells{fmt::format("{} %", c.percent), shown(c.algorithm), tuning};
       for (std::size_t i = 0; i < 3; ++i) {
         const std::vector<double>& r2 = columns[c.percent][4 * k + i];
-        o.rows.push_back(judged("Table 7", fmt::format("R2 {}, {}, {} tuning, {} %", kStates[i], shown(c.algorithm), tuning, c.percent),
-                                "", Printed(c.r2[i]), Aim::kHigh, r2,
-                                "surface and length of the document's run are not printed, and its weights say nothing about the "
-                                "sensors; the matched tuning is the answer"));
+        o.rows.push_back(
+            judged("Table 7", fmt::format("R2 {}, {}, {} tuning, {} %", kStates[i], shown(c.algorithm), tuning, c.percent), "",
+                   Printed(c.r2[i]), Aim::kHigh, r2,
+                   "surface and length of the document's run are not printed, and its weights say nothing about the "
+                   "sensors; the matched tuning is the answer"));
         cells.push_back(fmt::format("{:.4f} ({})", median(r2), c.r2[i]));
       }
       const std::vector<double>& time_ms = columns[c.percent][4 * k + 3];
       cells.push_back(fmt::format("{:.4f} ({})", median(time_ms), shown(c.algorithm) == "MHE" ? "7.3" : "0.82"));
       if (c.percent == 5)
         o.rows.push_back(judged("Table 7", fmt::format("time a step, {}, {} tuning", shown(c.algorithm), tuning), "ms",
-                                Printed(shown(c.algorithm) == "MHE" ? "7.3" : "0.82"), Aim::kLow, time_ms, "this machine was busy"));
+                                Printed(shown(c.algorithm) == "MHE" ? "7.3" : "0.82"), Aim::kLow, time_ms,
+                                "this machine was busy"));
       table.rows.push_back(cells);
     }
-  o.tables.push_back({"Table 7",
-                      "Hierarchical: wheel speed and friction first, then the speed by Runge-Kutta from the friction. Document: P, Q, R, "
-                      "S and V of section 5.2. Without noise nothing depends on the seed.",
-                      table});
+  o.tables.push_back(
+      {"Table 7",
+       "Hierarchical: wheel speed and friction first, then the speed by Runge-Kutta from the friction. Document: P, Q, R, "
+       "S and V of section 5.2. Without noise nothing depends on the seed.",
+       table});
   const std::vector<std::size_t> drawn{0, 1, 3};
-  o.figures.push_back(three_curves("Fig. 18", "Wheel speed on the ground, simulated", "wheel speed (rad/s)", first, kStates[1], drawn,
-                                   "Constant torque of 0.75 N m, 5 % noise, 1 kHz, seed 1."));
+  o.figures.push_back(three_curves("Fig. 18", "Wheel speed on the ground, simulated", "wheel speed (rad/s)", first, kStates[1],
+                                   drawn, "Constant torque of 0.75 N m, 5 % noise, 1 kHz, seed 1."));
   o.figures.push_back(three_curves("Fig. 19", "Friction on the ground, simulated", "friction (-)", first, kStates[0], drawn,
                                    "The wheel spins, then rolls: friction falls from the tyre's sliding value to nothing."));
   o.figures.push_back(three_curves("Fig. 20", "Speed on the ground, simulated", "speed (m/s)", first, kStates[2], drawn,
@@ -108,9 +114,11 @@ void reproduce_ground_simulation(const Bench& bench, Outcome& o) {
 
 void reproduce_ground_experiment(const Bench& bench, Outcome& o) {
   o.notes.emplace_back(
-      "The document's measurements are not public. In their place stands a plant that knows more than the estimators' model: motor "
+      "The document's measurements are not public. In their place stands a plant that knows more than the estimators' model: "
+      "motor "
       "lag, load transfer, other losses, encoder resolution, and an accelerometer with gain error, bias and delay "
-      "(scenarios/scale_car_rich.toml). As the document does, estimates are scored against the measurements (z^ = h(x^) after the "
+      "(scenarios/scale_car_rich.toml). As the document does, estimates are scored against the measurements (z^ = h(x^) after "
+      "the "
       "update), and beside that against the truth, which the document could not.");
   const std::vector<Follower> followers{{"hierarchical_mhe", "document", "MHE"},
                                         {"hierarchical_ekf", "document", "EKF"},
@@ -145,15 +153,24 @@ void reproduce_ground_experiment(const Bench& bench, Outcome& o) {
     return values;
   });
   const auto slow = over_seeds(bench, bench.seeds, total, [&](int seed) {
-    return values_of(play(bench.scenario("scale_car_rich", {seed_is(seed), "sensor.wheel_speed.rate_hz=100",
-                                                            "sensor.accelerometer.rate_hz=100"}),
+    return values_of(play(bench.scenario("scale_car_rich",
+                                         {seed_is(seed), "sensor.wheel_speed.rate_hz=100", "sensor.accelerometer.rate_hz=100"}),
                           followers),
                      1e-2);
   });
 
   Table table{"Against the measurements, at 1 ms; in brackets the document's; medians over the runs",
-              {{"estimator", false}, {"tuning", false}, {"R2 w, measured"}, {"R2 a_x, measured"}, {"R2 w, truth"}, {"R2 a_x, truth"},
-               {"R2 friction"}, {"R2 speed"}, {"p50 (ms)"}, {"p99 (ms)"}, {"late (%)"}},
+              {{"estimator", false},
+               {"tuning", false},
+               {"R2 w, measured"},
+               {"R2 a_x, measured"},
+               {"R2 w, truth"},
+               {"R2 a_x, truth"},
+               {"R2 friction"},
+               {"R2 speed"},
+               {"p50 (ms)"},
+               {"p99 (ms)"},
+               {"late (%)"}},
               {}};
   const std::string noise_limit =
       "an estimate that is scored against noisy measurements does best by copying their noise; the noise here is ours";
@@ -162,25 +179,33 @@ void reproduce_ground_experiment(const Bench& bench, Outcome& o) {
     const Printed8& printed = at_1ms.at(who);
     const auto value = [&](std::size_t i) { return fast[kValues * k + i]; };
     for (std::size_t i = 0; i < 2; ++i)
-      o.rows.push_back(judged("Table 8", fmt::format("R2 {} against the measurements, {}, {} tuning, 1 ms", kOutputs[i], who, tuning),
-                              "", Printed(printed.z[i]), Aim::kHigh, value(i), noise_limit));
+      o.rows.push_back(judged("Table 8",
+                              fmt::format("R2 {} against the measurements, {}, {} tuning, 1 ms", kOutputs[i], who, tuning), "",
+                              Printed(printed.z[i]), Aim::kHigh, value(i), noise_limit));
     for (std::size_t i = 0; i < 2; ++i)
-      o.rows.push_back(
-          reported("Table 8", fmt::format("R2 {} against the truth, {}, {} tuning, 1 ms", kOutputs[i], who, tuning), "", value(2 + i)));
-    o.rows.push_back(judged("Fig. 22", fmt::format("time a step, {}, {} tuning", who, tuning), "ms", Printed(printed.step_ms), Aim::kLow,
-                            value(6), "this machine was busy"));
+      o.rows.push_back(reported(
+          "Table 8", fmt::format("R2 {} against the truth, {}, {} tuning, 1 ms", kOutputs[i], who, tuning), "", value(2 + i)));
+    o.rows.push_back(judged("Fig. 22", fmt::format("time a step, {}, {} tuning", who, tuning), "ms", Printed(printed.step_ms),
+                            Aim::kLow, value(6), "this machine was busy"));
     o.rows.push_back(reported("Fig. 22", fmt::format("99th percentile of a step, {}, {} tuning", who, tuning), "ms", value(7),
                               "real time at 1 ms if below 1"));
-    o.rows.push_back(reported("Fig. 22", fmt::format("steps that took longer than 1 ms, {}, {} tuning", who, tuning), "%", value(8)));
+    o.rows.push_back(
+        reported("Fig. 22", fmt::format("steps that took longer than 1 ms, {}, {} tuning", who, tuning), "%", value(8)));
     std::vector<std::string> cells{who, tuning};
     for (std::size_t i = 0; i < kValues; ++i)
-      cells.push_back(i < 2 ? fmt::format("{:.4f} ({})", median(value(i)), printed.z[i]) : fmt::format("{:.4f}", median(value(i))));
+      cells.push_back(i < 2 ? fmt::format("{:.4f} ({})", median(value(i)), printed.z[i])
+                            : fmt::format("{:.4f}", median(value(i))));
     table.rows.push_back(cells);
   }
   o.tables.push_back({"Table 8", "", table});
 
   Table rates{"MHE at two sampling times; in brackets the document's; medians over the runs",
-              {{"sampling time (s)"}, {"tuning", false}, {"R2 w, measured"}, {"R2 a_x, measured"}, {"R2 w, truth"}, {"R2 a_x, truth"},
+              {{"sampling time (s)"},
+               {"tuning", false},
+               {"R2 w, measured"},
+               {"R2 a_x, measured"},
+               {"R2 w, truth"},
+               {"R2 a_x, truth"},
                {"p50 (ms)"}},
               {}};
   constexpr const char* kAt10ms[] = {"0.9376", "0.9557"};
@@ -192,8 +217,9 @@ void reproduce_ground_experiment(const Bench& bench, Outcome& o) {
       for (std::size_t i = 0; i < 4; ++i) {
         const std::string printed = is_fast ? at_1ms.at("MHE").z[i % 2] : kAt10ms[i % 2];
         if (i < 2)
-          o.rows.push_back(judged("Table 9", fmt::format("R2 {} against the measurements, MHE, {} tuning, {} s", kOutputs[i], tuning, cells[0]),
-                                  "", Printed(printed), Aim::kHigh, columns[kValues * k + i], noise_limit));
+          o.rows.push_back(judged(
+              "Table 9", fmt::format("R2 {} against the measurements, MHE, {} tuning, {} s", kOutputs[i], tuning, cells[0]), "",
+              Printed(printed), Aim::kHigh, columns[kValues * k + i], noise_limit));
         cells.push_back(i < 2 ? fmt::format("{:.4f} ({})", median(columns[kValues * k + i]), printed)
                               : fmt::format("{:.4f}", median(columns[kValues * k + i])));
       }
@@ -204,18 +230,20 @@ void reproduce_ground_experiment(const Bench& bench, Outcome& o) {
 
   const double end_s = first.truth_t_s.back();
   Sketch torque("Fig. 21", "Input torque of the experiment", end_s);
-  torque.panel("torque (N m)", 320).line("commanded, as estimators are told", first.truth_t_s, first.truth_of("drive_torque_nm"), line_of(0));
+  torque.panel("torque (N m)", 320)
+      .line("commanded, as estimators are told", first.truth_t_s, first.truth_of("drive_torque_nm"), line_of(0));
   torque.line("after the motor lag", first.truth_t_s, first.truth_of("motor_torque_nm"), line_of(1));
   o.figures.push_back(torque.finish("Ours: the document's curve prints no numbers."));
   std::vector<double> ms = first.tracks[0].step_time_us;
   for (double& v : ms) v *= 1e-3;
-  o.figures.push_back(Sketch("Fig. 22", "Computing time of a step of the MHE", end_s)
-                          .panel("time a step (ms)", 320)
-                          .log_y()
-                          .line("MHE, document tuning", first.tracks[0].t_s, ms, line_of(0, 1.0))
-                          .level("sampling time", 1.0, "with lines lc rgb \"#000000\" lw 1.4 dt (8,4)")
-                          .level("mean of the document", 6.1, "with lines lc rgb \"#CC79A7\" lw 1.4 dt (3,4)")
-                          .finish("Below the sampling time of 1 ms where the document's was six times above. Logarithmic scale."));
+  o.figures.push_back(
+      Sketch("Fig. 22", "Computing time of a step of the MHE", end_s)
+          .panel("time a step (ms)", 320)
+          .log_y()
+          .line("MHE, document tuning", first.tracks[0].t_s, ms, line_of(0, 1.0))
+          .level("sampling time", 1.0, "with lines lc rgb \"#000000\" lw 1.4 dt (8,4)")
+          .level("mean of the document", 6.1, "with lines lc rgb \"#CC79A7\" lw 1.4 dt (3,4)")
+          .finish("Below the sampling time of 1 ms where the document's was six times above. Logarithmic scale."));
   const std::vector<std::size_t> drawn{0, 1, 3};
   o.figures.push_back(three_curves("Fig. 23", "Wheel speed of the experiment", "wheel speed (rad/s)", first, kStates[1], drawn,
                                    "All follow the encoder at this scale."));
@@ -226,10 +254,12 @@ void reproduce_ground_experiment(const Bench& bench, Outcome& o) {
   Sketch speed("Fig. 25", "Speed of the experiment", end_s);
   speed.panel("speed (m/s)", 340).line("free rolling, r w", first.truth_t_s, rolling, kMeasuredStyle);
   speed.line("truth", first.truth_t_s, first.truth_of("speed_mps"), kTruthStyle);
-  for (const std::size_t k : drawn) speed.line(first.tracks[k].label, first.tracks[k].t_s, first.tracks[k].of("speed_mps"), line_of(k, 1.5));
-  o.figures.push_back(speed.finish("The document's reference was the rolling speed; the speed stays below it while the wheel slips. A bias of "
-                                   "the accelerometer grows without bound in a speed that is only integrated; the matched tuning believes "
-                                   "that the wheel rolls in the long run."));
+  for (const std::size_t k : drawn)
+    speed.line(first.tracks[k].label, first.tracks[k].t_s, first.tracks[k].of("speed_mps"), line_of(k, 1.5));
+  o.figures.push_back(
+      speed.finish("The document's reference was the rolling speed; the speed stays below it while the wheel slips. A bias of "
+                   "the accelerometer grows without bound in a speed that is only integrated; the matched tuning believes "
+                   "that the wheel rolls in the long run."));
 }
 
 }  // namespace slipstream

@@ -55,7 +55,12 @@ const std::vector<Experiment>& experiments() {
       {"unimog_particles", kChapter7, "Particle filter on the Unimog, from the wheel speed alone", items({{41, 50}}, {}), 0.3,
        reproduce_unimog_particles},
       {"unimog", kChapter7, "EKF and moving horizon on the Unimog", items({{51, 58}}, {16}), 1.5, reproduce_unimog},
-      {"consistency", kConsistency, "NEES, NIS and observability", {"Consistency", "Eq. 5.5", "Observability"}, 0.7, reproduce_consistency},
+      {"consistency",
+       kConsistency,
+       "NEES, NIS and observability",
+       {"Consistency", "Eq. 5.5", "Observability"},
+       0.7,
+       reproduce_consistency},
   };
   return all;
 }

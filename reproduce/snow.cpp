@@ -29,9 +29,7 @@ Scenario with_particles(const Bench& bench, const std::string& name, int seed) {
   return s;
 }
 
-double total_s(const Track& track) {
-  return 1e-6 * std::accumulate(track.step_time_us.begin(), track.step_time_us.end(), 0.0);
-}
+double total_s(const Track& track) { return 1e-6 * std::accumulate(track.step_time_us.begin(), track.step_time_us.end(), 0.0); }
 
 Picture friction_and_speed(const std::string& item, const std::string& title, const Played& p, std::size_t k,
                            const std::string& caption) {
@@ -68,8 +66,7 @@ void variable(const Bench& bench, Outcome& o) {
   const Played p = play(s, {{"pf", tuning_of(20), "20"}, {"pf", tuning_of(1000), "1000"}});
   o.figures.push_back(friction_and_speed("Fig. 6", "Tyre's friction, 20 particles", p, 0,
                                          "The first guess is 0.3, the truth starts at almost nothing."));
-  o.figures.push_back(friction_and_speed("Fig. 7", "Tyre's friction, 1000 particles", p, 1,
-                                         "As Fig. 6, with 1000."));
+  o.figures.push_back(friction_and_speed("Fig. 7", "Tyre's friction, 1000 particles", p, 1, "As Fig. 6, with 1000."));
   Sketch fits("Fig. 8", "Smoothed by a quintic", p.truth_t_s.back());
   fits.panel("friction (-)", 300).range(0.0, 0.4).line("truth", p.truth_t_s, p.truth_of("friction"), kTruthStyle);
   fits.line("20 particles", p.tracks[0].t_s, p.tracks[0].of("friction"), line_of(0, 0.8));
@@ -90,14 +87,15 @@ void variable(const Bench& bench, Outcome& o) {
     }
     return values;
   });
-  o.figures.push_back(fits.finish(fmt::format(
-      "A polynomial of fifth degree through ten seconds cannot follow gear changes. Median RMSE of the friction: {:.3f} with 20 "
-      "particles and {:.3f} smoothed, {:.3f} with 1000 particles and {:.3f} smoothed.",
-      median(columns[1]), median(columns[2]), median(columns[4]), median(columns[5]))));
+  o.figures.push_back(
+      fits.finish(fmt::format("A polynomial of fifth degree through ten seconds cannot follow gear changes. Median RMSE of the "
+                              "friction: {:.3f} with 20 "
+                              "particles and {:.3f} smoothed, {:.3f} with 1000 particles and {:.3f} smoothed.",
+                              median(columns[1]), median(columns[2]), median(columns[4]), median(columns[5]))));
   for (std::size_t k = 0; k < 2; ++k) {
     const std::string item = k == 0 ? "Fig. 6" : "Fig. 7";
-    o.rows.push_back(judged(item, fmt::format("computing time, {} particles", kParticles[k]), "s", Printed(kTimes_s[k]), Aim::kLow,
-                            columns[3 * k], "this machine was busy"));
+    o.rows.push_back(judged(item, fmt::format("computing time, {} particles", kParticles[k]), "s", Printed(kTimes_s[k]),
+                            Aim::kLow, columns[3 * k], "this machine was busy"));
     o.rows.push_back(reported(item, fmt::format("RMSE friction, {} particles", kParticles[k]), "", columns[3 * k + 1]));
     o.rows.push_back(
         reported("Fig. 8", fmt::format("RMSE friction, {} particles, smoothed", kParticles[k]), "", columns[3 * k + 2]));
@@ -128,8 +126,8 @@ void constant(const Bench& bench, Outcome& o) {
   });
   for (std::size_t k = 0; k < 2; ++k) {
     const std::string item = k == 0 ? "Fig. 9" : "Fig. 10";
-    o.rows.push_back(judged(item, fmt::format("computing time, {} particles", kParticles[k]), "s", Printed(kTimes_s[k]), Aim::kLow,
-                            columns[k], "this machine was busy"));
+    o.rows.push_back(judged(item, fmt::format("computing time, {} particles", kParticles[k]), "s", Printed(kTimes_s[k]),
+                            Aim::kLow, columns[k], "this machine was busy"));
     o.rows.push_back(reported(item, fmt::format("RMSE friction, {} particles", kParticles[k]), "", columns[2 + k]));
   }
   o.rows.push_back(reported("Fig. 11", "RMSE friction, step 0.01", "", columns[3]));
@@ -159,10 +157,9 @@ void step(const Bench& bench, Outcome& o) {
     const std::string particles = fmt::format("{}", kParticles[k]);
     o.rows.push_back(judged("Table 4", "RMSE friction, " + particles + " particles, document tuning", "", Printed(kRmse[k]),
                             Aim::kLow, columns[k], kReconstructed));
-    o.rows.push_back(judged("Table 4", "computing time for 10 s of data, " + particles + " particles", "s", Printed(kTimes_s[k]),
-                            Aim::kLow, columns[followers.size() + k], "this machine was busy"));
-    table.rows.push_back({particles, "document",
-                          fmt::format("{:.4f} ({})", median(columns[followers.size() + k]), kTimes_s[k]),
+    o.rows.push_back(judged("Table 4", "computing time for 10 s of data, " + particles + " particles", "s",
+                            Printed(kTimes_s[k]), Aim::kLow, columns[followers.size() + k], "this machine was busy"));
+    table.rows.push_back({particles, "document", fmt::format("{:.4f} ({})", median(columns[followers.size() + k]), kTimes_s[k]),
                           fmt::format("{:.4f} ({})", median(columns[k]), kRmse[k])});
   }
   for (const std::size_t k : {5U, 3U, 4U}) {
@@ -179,24 +176,27 @@ void inputs(const Bench& bench, Outcome& o) {
   Sketch torque("Fig. 5", "Input torque of the three cases", 10.0);
   torque.panel("torque (N m)", 320);
   std::size_t k = 0;
-  for (const auto& [name, label] :
-       {std::pair{"snow_variable", "friction of the tyre"}, {"snow_constant", "constant friction"}, {"snow_step", "friction step"}}) {
+  for (const auto& [name, label] : {std::pair{"snow_variable", "friction of the tyre"},
+                                    {"snow_constant", "constant friction"},
+                                    {"snow_step", "friction step"}}) {
     const Played p = play(bench.scenario(name, {}), {});
     torque.line(label, p.truth_t_s, p.truth_of("drive_torque_nm"), line_of(k++));
   }
-  o.figures.push_back(torque.finish("Ours: Figure 5 of the document prints no numbers. With an imposed friction the wheel integrates "
-                                    "what torque and grip leave over, so each history has its own torque."));
+  o.figures.push_back(
+      torque.finish("Ours: Figure 5 of the document prints no numbers. With an imposed friction the wheel integrates "
+                    "what torque and grip leave over, so each history has its own torque."));
   const Scenario s = bench.scenario("snow_variable", {});
   const QuarterCar& q = std::get<TorqueCar>(s.plant.vehicle).quarter;
-  o.tables.push_back({"Table 3", "As printed; the mass is a quarter of the vehicle's.",
-                      parameter_table("Parameters of the light vehicle", {{"mass", fmt::format("{}", q.mass_kg), "kg"},
-                                                                   {"gravity", fmt::format("{}", kGravity_mps2), "m/s²"},
-                                                                   {"wheel inertia", fmt::format("{}", q.wheel_inertia_kgm2), "kg m²"},
-                                                                   {"wheel radius", fmt::format("{}", q.wheel_radius_m), "m"},
-                                                                   {"rolling resistance", fmt::format("{}", q.rolling_resistance), "-"},
-                                                                   {"air density", fmt::format("{}", q.air_density_kgpm3), "kg/m³"},
-                                                                   {"frontal area", fmt::format("{}", q.frontal_area_m2), "m²"},
-                                                                   {"drag coefficient", fmt::format("{}", q.drag_coefficient), "-"}})});
+  o.tables.push_back(
+      {"Table 3", "As printed; the mass is a quarter of the vehicle's.",
+       parameter_table("Parameters of the light vehicle", {{"mass", fmt::format("{}", q.mass_kg), "kg"},
+                                                           {"gravity", fmt::format("{}", kGravity_mps2), "m/s²"},
+                                                           {"wheel inertia", fmt::format("{}", q.wheel_inertia_kgm2), "kg m²"},
+                                                           {"wheel radius", fmt::format("{}", q.wheel_radius_m), "m"},
+                                                           {"rolling resistance", fmt::format("{}", q.rolling_resistance), "-"},
+                                                           {"air density", fmt::format("{}", q.air_density_kgpm3), "kg/m³"},
+                                                           {"frontal area", fmt::format("{}", q.frontal_area_m2), "m²"},
+                                                           {"drag coefficient", fmt::format("{}", q.drag_coefficient), "-"}})});
 }
 
 }  // namespace

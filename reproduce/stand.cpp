@@ -1,12 +1,13 @@
 // Section 5.1: moment of inertia and friction of a suspended wheel by particle swarm (Figs 16 and 17, Tables 5 and 6), and what
 // recorded drives let one identify.
+#include "estimators/identification/stand.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "estimators/identification/recorded_runs.hpp"
-#include "estimators/identification/stand.hpp"
 #include "models/vehicles/suspended_wheel.hpp"
 #include "reproduce/monte_carlo.hpp"
 
@@ -14,10 +15,11 @@ namespace slipstream {
 namespace {
 
 constexpr double kInertia = 3.2e-3, kFriction = 0.01;  // Table 5; the simulated truth
-constexpr double kResidual_a = 0.4;                     // ours: what the current sensor shows at rest
+constexpr double kResidual_a = 0.4;                    // ours: what the current sensor shows at rest
 
 StandRecord record_of(const Bench& bench, int seed) {
-  const Played p = play(bench.scenario("stand", {seed_is(seed), fmt::format("sensor.motor_current.bias_a={}", kResidual_a)}), {});
+  const Played p =
+      play(bench.scenario("stand", {seed_is(seed), fmt::format("sensor.motor_current.bias_a={}", kResidual_a)}), {});
   StandRecord r;
   const Series& w = p.measured.at("wheel_speed_radps");
   for (const double t : w.t_s) r.utime.push_back(static_cast<Utime>(std::llround(t / kSecondsPerUtime)));
@@ -34,12 +36,13 @@ void synthetic(const Bench& bench, Outcome& o) {
   StandSettings settings;
   const StandResult first = identify_stand(record_of(bench, 1), settings);
   const double end_s = first.time_s.back();
-  o.figures.push_back(Sketch("Fig. 16", "Filtered motor current", end_s)
-                          .panel("current (A)", 340)
-                          .line("measured", first.time_s, first.raw_current_a, kMeasuredStyle)
-                          .line("filtered, without delay and residual current", first.time_s, first.filtered_current_a, line_of(0))
-                          .finish("First-order Butterworth low-pass at 25 Hz, forwards and backwards so that it has no delay; the residual "
-                                  "current is what the sensor shows while the wheel stands still. The profile is ours."));
+  o.figures.push_back(
+      Sketch("Fig. 16", "Filtered motor current", end_s)
+          .panel("current (A)", 340)
+          .line("measured", first.time_s, first.raw_current_a, kMeasuredStyle)
+          .line("filtered, without delay and residual current", first.time_s, first.filtered_current_a, line_of(0))
+          .finish("First-order Butterworth low-pass at 25 Hz, forwards and backwards so that it has no delay; the residual "
+                  "current is what the sensor shows while the wheel stands still. The profile is ours."));
   o.figures.push_back(Sketch("Fig. 17", "Wheel speed with the identified parameters", end_s)
                           .panel("wheel speed (rad/s)", 340)
                           .line("measured", first.time_s, first.measured_radps, kMeasuredStyle)
@@ -77,10 +80,12 @@ void synthetic(const Bench& bench, Outcome& o) {
     const StandFit& f = first.fits[k];
     table.rows.push_back({p.cost, fmt::format("{} ({})", f.iterations, p.iterations),
                           fmt::format("{} ({})", text(f.inertia_kgm2, 1e3, 4), p.inertia),
-                          fmt::format("{} ({})", text(f.friction_nms, 1e3, 3), p.friction), fmt::format("{:.5f} ({})", f.r2, p.r2)});
+                          fmt::format("{} ({})", text(f.friction_nms, 1e3, 3), p.friction),
+                          fmt::format("{:.5f} ({})", f.r2, p.r2)});
     o.rows.push_back(judged("Table 6", fmt::format("R2, {}", p.cost), "", Printed(p.r2), Aim::kHigh, columns[4 * k + 3],
                             "the noise of the speed is ours", "decided by the noise that we give the speed sensor"));
-    o.rows.push_back(judged("Table 6", fmt::format("iterations, {}", p.cost), "", Printed(p.iterations), Aim::kLow, columns[4 * k],
+    o.rows.push_back(judged("Table 6", fmt::format("iterations, {}", p.cost), "", Printed(p.iterations), Aim::kLow,
+                            columns[4 * k],
                             "the rule by which the swarm stops is stricter: no gain above 1e-6 over 20 iterations"));
     o.rows.push_back(reported("Table 6", fmt::format("J, {}", p.cost), "1e-3 kg m²", columns[4 * k + 1],
                               fmt::format("the truth is 3.2; the document found {} on its own car", p.inertia)));
@@ -90,26 +95,29 @@ void synthetic(const Bench& bench, Outcome& o) {
       o.rows.push_back(reported("Table 6", fmt::format("true {} inside its 95 % interval, {}", i == 0 ? "J" : "b", p.cost), "%",
                                 {100.0 * covered[k][i] / repetitions}, fmt::format("of {} repetitions", repetitions)));
   }
-  o.tables.push_back({"Table 6",
-                      "Intervals from the curvature of the cost, with the correlation of neighbouring residuals and the uncertainty of the "
-                      "residual current. Current and speed determine J / k_m and b / k_m only: both are as right as k_m is.",
-                      table});
+  o.tables.push_back(
+      {"Table 6",
+       "Intervals from the curvature of the cost, with the correlation of neighbouring residuals and the uncertainty of the "
+       "residual current. Current and speed determine J / k_m and b / k_m only: both are as right as k_m is.",
+       table});
   o.tables.push_back({"Table 5", "As printed, and as the simulated wheel has them.",
                       parameter_table("Parameters of the scale car", {{"mass (a quarter)", "0.7", "kg"},
-                                                               {"gravity", fmt::format("{}", kGravity_mps2), "m/s²"},
-                                                               {"wheel inertia J", "3.2e-3", "kg m²"},
-                                                               {"wheel radius", "0.033", "m"},
-                                                               {"viscous friction b", "0.01", "N m s"}})});
+                                                                      {"gravity", fmt::format("{}", kGravity_mps2), "m/s²"},
+                                                                      {"wheel inertia J", "3.2e-3", "kg m²"},
+                                                                      {"wheel radius", "0.033", "m"},
+                                                                      {"viscous friction b", "0.01", "N m s"}})});
 }
 
 void qcar(const Bench& bench, Outcome& o) {
   const auto stand = bench.columns("qcar_speed/stand_sweep.csv", {"cmd_pwm", "v_mean_mps"});
   const SteadyLine line = identify_steady_line(stand[0], stand[1]);
-  o.figures.push_back(Sketch("Stand QCar", "A real QCar on its stand: steady speed over the motor command", "motor command (-)", range_of({stand[0]}))
-                          .panel("speed (m/s)", 320)
-                          .line("measured", stand[0], stand[1], "with points pt 7 ps 0.7 lc rgb \"#555555\"")
-                          .line("fit", stand[0], line.simulated, line_of(0))
-                          .finish("qcar_speed/stand_sweep.csv. Straight above a dead band, then flat: a limit of the logger or the driver."));
+  o.figures.push_back(
+      Sketch("Stand QCar", "A real QCar on its stand: steady speed over the motor command", "motor command (-)",
+             range_of({stand[0]}))
+          .panel("speed (m/s)", 320)
+          .line("measured", stand[0], stand[1], "with points pt 7 ps 0.7 lc rgb \"#555555\"")
+          .line("fit", stand[0], line.simulated, line_of(0))
+          .finish("qcar_speed/stand_sweep.csv. Straight above a dead band, then flat: a limit of the logger or the driver."));
   const auto floor = bench.columns("qcar_speed/ground_runs.csv", {"t_s", "cmd_pwm", "v_enc_mps"});
   const FirstOrder f = identify_first_order(split_into_runs(floor[0], floor[1], floor[2], 0.5));
   const std::string none = "no current was recorded: J and b themselves cannot be known, only these";
@@ -133,10 +141,12 @@ void f1tenth(const Bench& bench, Outcome& o) {
   const auto interval = [&](const std::string& what, const std::string& unit, const Interval& i, const std::string& note) {
     o.rows.push_back(reported("Floor F1TENTH", what, unit, {i.value}, fmt::format("± {:.2g} (95 %); {}", i.half_width, note)));
   };
-  interval("inertia at the wheel", "kg m²", r.inertia_kgm2, "the car's mass alone is m r² = 8.6e-3 kg m²; k_m = 0.0027 N m/A is taken for known");
+  interval("inertia at the wheel", "kg m²", r.inertia_kgm2,
+           "the car's mass alone is m r² = 8.6e-3 kg m²; k_m = 0.0027 N m/A is taken for known");
   interval("viscous friction", "N m s", r.friction_nms, "all four wheels together");
   interval("constant friction", "N m", r.friction_torque_nm, "gearbox and rolling losses");
-  o.rows.push_back(reported("Floor F1TENTH", "R2 of the wheel speed", "", {r.r2}, "the current is sampled at 18 Hz and changes faster"));
+  o.rows.push_back(
+      reported("Floor F1TENTH", "R2 of the wheel speed", "", {r.r2}, "the current is sampled at 18 Hz and changes faster"));
 }
 
 }  // namespace

@@ -116,9 +116,10 @@ TEST(Observability, NothingMeasuresTheSpeed) {
 }
 
 TEST(Observability, TheLineNamesAllAndWhatIsHardlyObservable) {
-  EXPECT_EQ(observability_line(observability_of(scenario_of(scale_car(), {}), tuning())),
-            "wheel_speed_radps, speed_mps and friction are not observable from no sensor with model longitudinal_friction (rank "
-            "0 of 3): their estimates are integrated from the start and their uncertainty grows");
+  EXPECT_EQ(
+      observability_line(observability_of(scenario_of(scale_car(), {}), tuning())),
+      "wheel_speed_radps, speed_mps and friction are not observable from no sensor with model longitudinal_friction (rank "
+      "0 of 3): their estimates are integrated from the start and their uncertainty grows");
   SensorConfig poor = kAcceleration;
   poor.noise.absolute = 100.0;  // 101 g^2 0.01 / 1e4 = 0.0097: next to nothing
   EXPECT_EQ(observability_line(observability_of(scenario_of(WheelFriction{scale_car().wheel}, {poor}), tuning())),
@@ -174,7 +175,9 @@ TEST(Observability, Refusals) {
   };
   EXPECT_EQ(line_of([&] { observability_of(s, sure); }),
             "tuning: initial_variance.friction is 0, expected a number greater than 0 to measure observability");
-  EXPECT_EQ(line_of([&] { observability_along(s, tuning(), {{1.0, 0.1}, {1.0}}, {{0.0}, {0.0}}, 0.01); }),
+  EXPECT_EQ(line_of([&] {
+              observability_along(s, tuning(), {{1.0, 0.1}, {1.0}}, {{0.0}, {0.0}}, 0.01);
+            }),
             "trajectory, instant 1: expected 2 states and 1 inputs of model wheel_friction");
 }
 

@@ -205,6 +205,31 @@ TEST(ParticleFilter, AMeasurementBeyondAllParticlesUnderflowsNothing) {
   EXPECT_GT(p.mean[0], 0.5 + 0.2);  // the farthest of 200 draws of deviation 0.2, almost surely beyond one of it
 }
 
+// A set that is 100 deviations from what is measured finds it again at once, whatever its process noise would allow.
+TEST(ParticleFilter, ALostSetIsDrawnAnewAroundWhatIsMeasured) {
+  Belief<WheelFriction> b;
+  b.noise = {{{0.0, 0.05}, {0.0, 1.0}}};
+  b.process_variance = {1e-6, 1e-6};
+  b.process_per_step = true;
+  b.initial_mean = {1.0, 0.1};
+  b.initial_variance = {1e-4, 1e-2};
+  ParticleFilter<WheelFriction> pf(b, 1000, 1.0, RandomStream(1, 0, "estimator.pf"));
+  pf.start_given();
+  const double grip_nm = b.model.wheel.quarter.normal_force_n() * b.model.wheel.quarter.wheel_radius_m;
+  const std::array<double, 1> u{(0.1 + b.model.wheel.quarter.rolling_resistance) * grip_nm};  // holds the wheel's speed
+  for (int k = 0; k < 5; ++k) pf.step({k == 0 ? 0.0 : 0.01, u, std::array<double, 2>{1.0, 0.0}, 1U});
+  EXPECT_EQ(pf.posterior().status, EstimateStatus::kValid);
+  EXPECT_NEAR(pf.posterior().mean[0], 1.0, 0.2);  // 4 deviations of the sensor
+  pf.step({0.01, u, std::array<double, 2>{6.0, 0.0}, 1U});
+  EXPECT_EQ(pf.posterior().status, EstimateStatus::kFallback);
+  EXPECT_NEAR(pf.posterior().innovation[0], 5.0, 0.2) << "the surprise is published";
+  EXPECT_NEAR(pf.posterior().mean[0], 6.0, 0.2);
+  EXPECT_GT(pf.posterior().covariance[3], 2e-3)
+      << "of the friction it knows no more than at the start: 1e-2, less what is measured";
+  pf.step({0.01, u, std::array<double, 2>{6.0, 0.0}, 1U});
+  EXPECT_EQ(pf.posterior().status, EstimateStatus::kValid);
+}
+
 TEST(ParticleFilter, WhenAllWeightsVanishThePredictionStands) {
   const Belief<LinearModel> b = linear_belief();
   ParticleFilter<LinearModel> with = filter(b, 200, 0.5), without = filter(b, 200, 0.5);

@@ -79,7 +79,6 @@ std::string refused_with(const std::string& from, const std::string& to) { retur
 const LongitudinalFriction& model_of(const Scenario& s) { return std::get<LongitudinalFriction>(s.estimator.process); }
 const Unimog& unimog_of(const Scenario& s) { return std::get<Unimog>(s.plant.vehicle); }
 
-
 // Every field, bit by bit, as text.
 struct Bits {
   std::string text;

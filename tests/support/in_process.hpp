@@ -79,8 +79,8 @@ class Overheard final : public Estimator {
   Played& played_;
 };
 
-// Truth and measurements must have the same rate, as in the shipped simulated scenarios; inputs may have any. An instant without an estimate, while
-// the first measurement is still on its way, is not scored.
+// Truth and measurements must have the same rate, as in the shipped simulated scenarios; inputs may have any. An instant
+// without an estimate, while the first measurement is still on its way, is not scored.
 inline Played play(const Scenario& scenario, const std::string& algorithm, const std::string& tuning) {
   Played played;
   const auto drive = make_simulated_drive(scenario);

@@ -11,7 +11,8 @@ TEST(Observability, AnEstimatorSaysOnceWhatItCannotObserve) {
   play_short(bench, {"--set", "run.duration_s=0.5"});
   const std::string log = bench.path("out/run.lcm");
   const std::string line =
-      "speed_mps is not observable from wheel_speed_radps, a_x_mps2 with model longitudinal_friction (rank 2 of 3): its estimate "
+      "speed_mps is not observable from wheel_speed_radps, a_x_mps2 with model longitudinal_friction (rank 2 of 3): its "
+      "estimate "
       "is integrated from the start and its uncertainty grows\n";
   for (const char* algorithm : {"ekf", "hierarchical_ekf", "hierarchical_mhe"}) {
     Process without_drag = bench.from_log(log, {"--algorithm", algorithm, "--tuning", "document"});
