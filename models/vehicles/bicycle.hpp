@@ -9,12 +9,11 @@
 // = 0.
 #pragma once
 
-#include <algorithm>
-#include <string>
+#include <utility>
 #include <vector>
 
-#include "common/refusal.hpp"
 #include "models/parts/single_track.hpp"
+#include "models/parts/timetable.hpp"
 #include "models/vehicle.hpp"
 
 namespace slipstream {
@@ -36,7 +35,7 @@ struct Bicycle {
                                                     {"wheel_speed_radps", "rad/s"},
                                                     {"steering_angle_rad", "rad"}}};
   static constexpr std::array<Quantity, 1> kInputs{{{"steering_angle_rad", "rad"}}};
-  using Mode = std::size_t;  // points past
+  using Mode = TimePoints::Mode;
   using State = Vector<double, kStates>;
 
   SingleTrack track;
@@ -68,16 +67,14 @@ struct Bicycle {
   void prepare() {
     require_timetable("steering_time_s", steering_time_s, "steering_rad", steering_rad);
     require_timetable("speed_time_s", speed_time_s, "speed_mps", speed_mps);
-    points_s_ = steering_time_s;
-    points_s_.insert(points_s_.end(), speed_time_s.begin(), speed_time_s.end());
-    std::sort(points_s_.begin(), points_s_.end());
-    points_s_.erase(std::unique(points_s_.begin(), points_s_.end()), points_s_.end());
+    std::vector<double> points_s = steering_time_s;
+    points_s.insert(points_s.end(), speed_time_s.begin(), speed_time_s.end());
+    points_ = TimePoints(std::move(points_s));
     steering_.clear();
     speed_.clear();
-    for (std::size_t passed = 0; passed <= points_s_.size(); ++passed) {
-      const double from_s = passed == 0 ? points_s_.front() - 1.0 : points_s_[passed - 1];
-      steering_.push_back(line_from(from_s, steering_time_s, steering_rad));
-      speed_.push_back(line_from(from_s, speed_time_s, speed_mps));
+    for (Mode mode = 0; mode < points_.modes(); ++mode) {
+      steering_.push_back(timetable_line(points_.begin_s(mode), steering_time_s, steering_rad));
+      speed_.push_back(timetable_line(points_.begin_s(mode), speed_time_s, speed_mps));
     }
   }
 
@@ -86,7 +83,7 @@ struct Bicycle {
     x << initial_lateral_speed_mps, initial_yaw_rate_radps, initial_heading_rad, 0.0, 0.0, 0.0;
     return x;
   }
-  Mode initial_mode() const { return points_s_.front() <= 0.0 ? 1 : 0; }
+  Mode initial_mode() const { return points_.at_start(); }
 
   template <typename T>
   T steering(const T& t, Mode mode) const {
@@ -110,9 +107,9 @@ struct Bicycle {
   }
 
   Vector<double, kEvents> events(const State& x, const Mode& mode) const {
-    return Vector<double, kEvents>(mode < points_s_.size() ? x[5] - points_s_[mode] : -1.0);
+    return Vector<double, kEvents>(points_.event(x[5], mode));
   }
-  Mode after_event(int, const State&, Mode mode) const { return std::min(mode + 1, points_s_.size()); }
+  Mode after_event(int, const State&, Mode mode) const { return points_.after(mode); }
 
   std::array<double, kInputs.size()> inputs(const State& x, const Mode& mode) const { return {steering(x[5], mode)}; }
 
@@ -125,37 +122,8 @@ struct Bicycle {
   }
 
  private:
-  struct Line {
-    double from_s, value, rate;
-    template <typename T>
-    T at(const T& t) const {
-      return value + rate * (t - from_s);
-    }
-  };
-
-  static void require_timetable(const std::string& times, const std::vector<double>& time_s, const std::string& values,
-                                const std::vector<double>& value) {
-    if (time_s.empty()) throw Refusal("vehicle." + times + ": is empty, expected at least one time");
-    if (value.size() != time_s.size())
-      throw Refusal("vehicle." + values + ": has " + std::to_string(value.size()) + " values, expected " +
-                    std::to_string(time_s.size()) + ", one for each of vehicle." + times);
-    for (std::size_t i = 1; i < time_s.size(); ++i)
-      if (time_s[i] <= time_s[i - 1])
-        throw Refusal("vehicle." + times + ": expected increasing values, found " + std::to_string(time_s[i]) + " after " +
-                      std::to_string(time_s[i - 1]));
-  }
-
-  // The line that a timetable follows from from_s to the next point of any timetable.
-  static Line line_from(double from_s, const std::vector<double>& time_s, const std::vector<double>& value) {
-    const auto next = static_cast<std::size_t>(std::upper_bound(time_s.begin(), time_s.end(), from_s) - time_s.begin());
-    if (next == 0) return {from_s, value.front(), 0.0};
-    if (next == time_s.size()) return {from_s, value.back(), 0.0};
-    const double rate = (value[next] - value[next - 1]) / (time_s[next] - time_s[next - 1]);
-    return {from_s, value[next - 1] + rate * (from_s - time_s[next - 1]), rate};
-  }
-
-  std::vector<double> points_s_;        // of both timetables, increasing
-  std::vector<Line> steering_, speed_;  // one per mode
+  TimePoints points_;                            // of both timetables
+  std::vector<TimetableLine> steering_, speed_;  // one per mode
 };
 
 static_assert(Vehicle<Bicycle>);

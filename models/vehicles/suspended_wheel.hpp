@@ -11,11 +11,10 @@
 // readable scale. k_m and the current are ours; scenarios/stand.toml says where they are from.
 #pragma once
 
-#include <string>
 #include <vector>
 
-#include "common/refusal.hpp"
 #include "models/parts/dc_motor.hpp"
+#include "models/parts/timetable.hpp"
 #include "models/vehicle.hpp"
 
 namespace slipstream {
@@ -28,9 +27,7 @@ struct SuspendedWheel {
   static constexpr std::array<Quantity, 3> kTruth{
       {{"wheel_speed_radps", "rad/s"}, {"motor_current_a", "A"}, {"drive_torque_nm", "N m"}}};
   static constexpr std::array<Quantity, 1> kInputs{{{"drive_torque_nm", "N m"}}};
-  struct Mode {
-    std::size_t passed = 0;  // points whose time is over
-  };
+  using Mode = TimePoints::Mode;
   using State = Vector<double, kStates>;
 
   double wheel_inertia_kgm2 = 3.2e-3;  // document 002, Table 5
@@ -52,28 +49,21 @@ struct SuspendedWheel {
     v.number("initial_wheel_speed_radps", p.initial_wheel_speed_radps, any_number());
   }
 
-  // Call once after the parameters are set. Refuses lists that do not fit together.
-  void prepare() const {
-    if (current_a.size() != current_time_s.size())
-      throw Refusal("vehicle.current_a: has " + std::to_string(current_a.size()) + " values, expected " +
-                    std::to_string(current_time_s.size()) + ", one for each of vehicle.current_time_s");
-    if (current_a.empty()) throw Refusal("vehicle.current_a: has no values, expected at least 1");
-    for (std::size_t i = 1; i < current_time_s.size(); ++i)
-      if (current_time_s[i] < current_time_s[i - 1])
-        throw Refusal("vehicle.current_time_s: expected times that do not decrease, found " +
-                      std::to_string(current_time_s[i]) + " after " + std::to_string(current_time_s[i - 1]));
+  // Derived from the parameters; call once after they are set. Refuses lists that do not fit together.
+  void prepare() {
+    require_timetable("current_time_s", current_time_s, "current_a", current_a);
+    points_ = TimePoints(current_time_s);
+    lines_.clear();
+    for (Mode mode = 0; mode < points_.modes(); ++mode)
+      lines_.push_back(timetable_line(points_.begin_s(mode), current_time_s, current_a));
   }
 
   State initial_state() const { return {initial_wheel_speed_radps, 0.0}; }
-  Mode initial_mode() const { return past(0.0, {}); }
+  Mode initial_mode() const { return points_.at_start(); }
 
   template <typename T>
   T current(const T& t, const Mode& mode) const {
-    if (mode.passed == 0) return T(current_a.front());
-    if (mode.passed >= current_a.size()) return T(current_a.back());
-    const std::size_t from = mode.passed - 1, to = mode.passed;
-    const double slope = (current_a[to] - current_a[from]) / (current_time_s[to] - current_time_s[from]);
-    return current_a[from] + slope * (t - current_time_s[from]);
+    return lines_[mode].at(t);
   }
 
   template <typename T>
@@ -83,12 +73,9 @@ struct SuspendedWheel {
   }
 
   Vector<double, kEvents> events(const State& x, const Mode& mode) const {
-    return Vector<double, kEvents>(mode.passed < current_time_s.size() ? x[1] - current_time_s[mode.passed] : -1.0);
+    return Vector<double, kEvents>(points_.event(x[1], mode));
   }
-  Mode after_event(int, const State&, Mode mode) const {
-    if (mode.passed == current_time_s.size()) return mode;
-    return past(current_time_s[mode.passed], mode);  // the point's own time: the root found for it is off by a rounding
-  }
+  Mode after_event(int, const State&, Mode mode) const { return points_.after(mode); }
 
   std::array<double, kInputs.size()> inputs(const State& x, const Mode& mode) const {
     return {motor.wheel_torque_nm(current(x[1], mode))};
@@ -99,11 +86,8 @@ struct SuspendedWheel {
   }
 
  private:
-  // All points up to t are over: both of a step at once.
-  Mode past(double t, Mode mode) const {
-    while (mode.passed < current_time_s.size() && current_time_s[mode.passed] <= t) ++mode.passed;
-    return mode;
-  }
+  TimePoints points_;
+  std::vector<TimetableLine> lines_;  // one per mode
 };
 
 static_assert(Vehicle<SuspendedWheel>);

@@ -12,8 +12,8 @@
 // torque, is what estimators are told. Range: forward driving on level ground.
 #pragma once
 
-#include <algorithm>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "models/parts/pacejka.hpp"
@@ -38,7 +38,7 @@ struct TorqueCar {
                                                    {"motor_torque_nm", "N m"},  // after the lag, T_m
                                                    {"normal_force_n", "N"}}};
   static constexpr std::array<Quantity, 1> kInputs{{{"drive_torque_nm", "N m"}}};
-  using Mode = std::size_t;  // points past
+  using Mode = TimePoints::Mode;
   using State = Vector<double, kStates>;
 
   // The light vehicle of document 002, Table 3
@@ -76,13 +76,12 @@ struct TorqueCar {
   // Derived from the parameters; call once after they are set. Refuses lists that do not fit together.
   void prepare() {
     require_timetable("torque_time_s", torque_time_s, "torque_nm", torque_nm);
-    points_s_ = torque_time_s;
-    if (friction == "step") points_s_.push_back(step_time_s);
-    std::sort(points_s_.begin(), points_s_.end());
-    points_s_.erase(std::unique(points_s_.begin(), points_s_.end()), points_s_.end());
+    std::vector<double> points_s = torque_time_s;
+    if (friction == "step") points_s.push_back(step_time_s);
+    points_ = TimePoints(std::move(points_s));
     pieces_.clear();
-    for (std::size_t passed = 0; passed <= points_s_.size(); ++passed) {
-      const double from_s = passed == 0 ? points_s_.front() - 1.0 : points_s_[passed - 1];
+    for (Mode mode = 0; mode < points_.modes(); ++mode) {
+      const double from_s = points_.begin_s(mode);
       const double stepped = from_s < step_time_s ? friction_before : friction_after;
       pieces_.push_back({timetable_line(from_s, torque_time_s, torque_nm), friction == "step" ? stepped : friction_constant});
     }
@@ -96,7 +95,7 @@ struct TorqueCar {
     x << initial_wheel_speed_radps, initial_wheel_speed_radps * quarter.wheel_radius_m, 0.0, 0.0, 0.0;
     return x;
   }
-  Mode initial_mode() const { return points_s_.front() <= 0.0 ? 1 : 0; }
+  Mode initial_mode() const { return points_.at_start(); }
 
   template <typename T>
   T commanded_torque(const T& t, const Mode& mode) const {
@@ -141,9 +140,9 @@ struct TorqueCar {
   }
 
   Vector<double, kEvents> events(const State& x, const Mode& mode) const {
-    return Vector<double, kEvents>(mode < points_s_.size() ? x[4] - points_s_[mode] : -1.0);
+    return Vector<double, kEvents>(points_.event(x[4], mode));
   }
-  Mode after_event(int, const State&, Mode mode) const { return std::min(mode + 1, points_s_.size()); }
+  Mode after_event(int, const State&, Mode mode) const { return points_.after(mode); }
 
   std::array<double, kInputs.size()> inputs(const State& x, const Mode& mode) const { return {commanded_torque(x[4], mode)}; }
 
@@ -166,8 +165,8 @@ struct TorqueCar {
     double friction;  // where it is imposed
   };
 
-  std::vector<double> points_s_;  // of torque and friction, increasing
-  std::vector<Piece> pieces_;     // one per mode
+  TimePoints points_;          // of torque and friction
+  std::vector<Piece> pieces_;  // one per mode
   PacejkaTyre tyre_;
   bool has_tyre_ = true;
 };

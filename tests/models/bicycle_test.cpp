@@ -141,9 +141,9 @@ TEST(Bicycle, RefusalsWordForWord) {
             "vehicle.steering_rad: has 1 values, expected 2, one for each of vehicle.steering_time_s");
   EXPECT_EQ(refusal([](Bicycle& b) { b.speed_time_s.clear(); }), "vehicle.speed_time_s: is empty, expected at least one time");
   EXPECT_EQ(refusal([](Bicycle& b) {
-              b.speed_time_s = {1.0, 1.0};
+              b.speed_time_s = {2.0, 1.0};
             }),
-            "vehicle.speed_time_s: expected increasing values, found 1.000000 after 1.000000");
+            "vehicle.speed_time_s: expected increasing times, or two that are equal for a step, found 1.000000 after 2.000000");
 }
 
 // --- lateral_bicycle --------------------------------------------------------------------------------------------------
