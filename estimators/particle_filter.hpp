@@ -7,14 +7,16 @@
 //   resample  systematically (particle_set.hpp) when N_eff < resample_below N; always where resample_below is 1
 //
 // Innovation: z minus the mean of h over the predicted set; its covariance is that of h plus the mean of R. Only states whose
-// process variance is positive are drawn; the noise of one step is a standard deviation sqrt(Q), the document's "step".
+// process variance is positive are drawn; sqrt(Q) is the standard deviation of one step's draw.
 //
 // When things go wrong. Where no particle is within 6 standard deviations of a measurement, the set has lost the state: it is
-// drawn anew around its mean with the start's variance, and what the measurement fixes (start_from) is taken from it
-// (kFallback). Weights cannot underflow (log-weights); when even their logarithms are lost, the measurement is left out and the
-// predicted set stands (kFallback). When one particle carries all the weight the set has no spread: its variance is then that
-// of one step's process noise (kFallback; kInvalid where that is 0 too). A particle that is no longer finite is replaced by the
-// heaviest one, without weight; if there is no finite one, the estimate is kInvalid.
+// drawn anew around its mean with the start's variance, and what the measurement fixes (start_from) is taken from it and
+// counted once (kFallback; pf_recover = false leaves this out, for the plain algorithm). One wild measurement is enough for
+// that, and states that are not measured are spread again with the others: who expects outliers gates them before. Weights
+// cannot underflow (log-weights); when even their logarithms are lost, the measurement is left out and the predicted set stands
+// (kFallback). When one particle carries all the weight the set has no spread: its variance is then that of one step's process
+// noise (kFallback; kInvalid where that is 0 too). A particle that is no longer finite is replaced by the heaviest one, without
+// weight; if there is no finite one, the estimate is kInvalid.
 //
 // Document 002, section 3.5.1 and Table 2; Arulampalam et al. (2002), algorithm 4. Cost grows with N n; the arrays are one per
 // state.
@@ -39,11 +41,12 @@ class ParticleFilter final : public GaussianEstimator<M> {
 
  public:
   // resample_below: fraction of N in (0, 1].
-  ParticleFilter(const Belief<M>& belief, int particles, double resample_below, const RandomStream& random)
+  ParticleFilter(const Belief<M>& belief, int particles, double resample_below, bool recover, const RandomStream& random)
       : GaussianEstimator<M>(belief),
         random_(random),
         size_(static_cast<std::size_t>(particles)),
         resample_below_(resample_below),
+        recover_(recover),
         x_(n * size_),
         moved_(n * size_),
         h_(m * size_),
@@ -68,15 +71,16 @@ class ParticleFilter final : public GaussianEstimator<M> {
     EstimateStatus status = EstimateStatus::kValid;
     double effective = static_cast<double>(size_);
     observe(u, step);
-    if (is_set_lost(step)) {
+    StepInput left = step;  // what is still to be weighed
+    if (recover_ && is_set_lost(step)) {
       const Innovation<M> surprise = this->innovation_;  // what was measured against what was predicted stays the innovation
-      scatter(step);
+      left.measured &= ~scatter(step);
       observe(u, step);
       this->innovation_ = surprise;
       status = EstimateStatus::kFallback;
     }
-    if (step.measured != 0U) {
-      effective = weigh(step);
+    if (left.measured != 0U) {
+      effective = weigh(left);
       if (effective == 0.0) status = EstimateStatus::kFallback;
     }
     summarise();
@@ -87,7 +91,7 @@ class ParticleFilter final : public GaussianEstimator<M> {
     }
     this->settle(status);
     const bool few = effective < resample_below_ * static_cast<double>(size_) || resample_below_ >= 1.0;
-    if (step.measured != 0U && effective > 0.0 && few) resample();
+    if (left.measured != 0U && effective > 0.0 && few) resample();
   }
 
   Posterior posterior() const override {
@@ -211,14 +215,16 @@ class ParticleFilter final : public GaussianEstimator<M> {
     return false;
   }
 
-  // Draws the set anew around its mean, with the variance of the start and of what the measurements fix.
-  void scatter(const StepInput& step) {
+  // Draws the set anew around its mean, with the variance of the start and of what the measurements fix. Returns these.
+  std::uint32_t scatter(const StepInput& step) {
+    std::uint32_t used = 0;
     Gaussian<M> at{State::Zero(), this->belief_.initial_variance.asDiagonal()};
     for (int s = 0; s < n; ++s) at.mean[s] = weighted_mean(state(s));
     for (int k = 0; k < m; ++k)
-      if (is_measured(step, k)) this->start_at(k, step.measured_value[static_cast<std::size_t>(k)], at);
+      if (is_measured(step, k) && this->start_at(k, step.measured_value[static_cast<std::size_t>(k)], at)) used |= 1U << k;
     this->estimate_ = at;
     on_start();
+    return used;
   }
 
   // Multiplies the likelihood in. N_eff; 0 if all weights have vanished, and then they are as before.
@@ -275,6 +281,7 @@ class ParticleFilter final : public GaussianEstimator<M> {
   RandomStream random_;
   std::size_t size_;  // N
   double resample_below_;
+  bool recover_;
   std::vector<double> x_;      // n arrays of N
   std::vector<double> moved_;  // as x_, while resampling
   std::vector<double> h_;      // m arrays of N

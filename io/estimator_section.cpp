@@ -76,7 +76,7 @@ void read_tuning(TomlTable& t, Tuning& tuning, const ModelNames& names, const An
   using Names = std::vector<std::string>;
   t.only({"measurement_noise", "measurement_variance", "process_noise", "process_variance", "start", "initial_mean",
           "initial_variance", "mhe_form", "mhe_window", "arrival_weight", "measurement_weight", "pf_particles",
-          "pf_resample_below", "model"});
+          "pf_resample_below", "pf_recover", "model"});
   t.choice("measurement_noise", tuning.measurement_noise, {"sensors", "given"});
   t.numbers("measurement_variance", tuning.measurement_variance, names.outputs,
             tuning.measurement_noise == "given" ? names.measured : Names{}, positive());
@@ -97,6 +97,7 @@ void read_tuning(TomlTable& t, Tuning& tuning, const ModelNames& names, const An
 
   t.integer("pf_particles", tuning.pf_particles, 1, 1000000);
   t.number("pf_resample_below", tuning.pf_resample_below, {0.0, 1.0, true});
+  t.flag("pf_recover", tuning.pf_recover);
 
   if (!t.has("model")) return;
   tuning.process = process;

@@ -14,7 +14,7 @@
 namespace slipstream {
 namespace {
 
-constexpr Range kRate{0.0, 1e4, true};  // Hz; so a period is at least 100 us, rounded to whole microseconds
+constexpr Range kRate = between(1e-3, 1e4);  // Hz; so a period is from 100 us, rounded to whole microseconds, to 1000 s
 constexpr Range kWallTime{0.0, 86400.0, true};
 constexpr double kLongestRun_s = 1e6;
 constexpr double kLongestDelay_s = 10.0;

@@ -18,6 +18,7 @@
 namespace slipstream {
 namespace {
 
+constexpr std::size_t kMostNumbers = 10000;  // of a list: a scenario may come from the bus
 constexpr std::string_view kAssignment = "override '";
 
 // "FILE:LINE:COLUMN: ", or less where less is known.
@@ -146,6 +147,8 @@ void TomlTable::list(const std::string& key, std::vector<double>& field, const R
   if (const toml::node* const node = impl_->find(key)) {
     const toml::array* const items = node->as_array();
     if (!items || items->empty()) impl_->refuse(*node, key, items ? "a list of at least one number" : "a list of numbers");
+    if (items->size() > kMostNumbers)
+      impl_->refuse(*node, key, "a list of at most " + std::to_string(kMostNumbers) + " numbers");
     field.clear();
     for (const toml::node& item : *items) field.push_back(impl_->number_of(item, key, each));
   }

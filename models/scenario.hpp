@@ -86,6 +86,7 @@ struct Tuning {
 
   // Particle filter
   int pf_particles = 1000;         // N
+  bool pf_recover = true;          // draw a set that has lost the state anew
   double pf_resample_below = 0.5;  // resample when the effective number of particles is below this fraction of N; 1: always
 };
 

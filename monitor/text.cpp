@@ -17,7 +17,8 @@ struct Suffix {
 
 // The unit suffix that a name ends with; null if none.
 const Suffix* suffix_of(std::string_view name) {
-  static constexpr std::array<Suffix, 13> kSuffixes{{{"_mps2", "m/s^2"},
+  static constexpr std::array<Suffix, 14> kSuffixes{{{"_mps2", "m/s^2"},
+                                                     {"_npr", "N/rad"},
                                                      {"_mps", "m/s"},
                                                      {"_radps2", "rad/s^2"},
                                                      {"_radps", "rad/s"},

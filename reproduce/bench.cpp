@@ -16,6 +16,11 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
+std::map<std::string, StepTally>& tally() {
+  static std::map<std::string, StepTally> all;
+  return all;
+}
+
 bool is_usable(EstimateStatus s) { return s == EstimateStatus::kValid || s == EstimateStatus::kFallback; }
 
 // Any estimator, with a record of the input of its last step: h(x^, u) belongs to that.
@@ -44,6 +49,7 @@ class Listener {
       : tuning_(scenario.estimator.tunings.at(follower.tuning)),
         process_(tuning_.process ? *tuning_.process : scenario.estimator.process),
         nees_states_(nees_states),
+        tally_(tally()[scenario.name + ", " + follower.algorithm + ", tuning " + follower.tuning]),
         session_(follower.algorithm, 1, scenario, tuning_,
                  std::make_unique<Overheard>(make_estimator(follower.algorithm, scenario, follower.tuning), input_),
                  [this](const Estimate& e) { add(e); }) {
@@ -94,7 +100,9 @@ class Listener {
   void add(const Estimate& e) {
     const std::size_t n = track_.states.size();
     const bool usable = is_usable(e.status);
-    track_.fallbacks += e.status == EstimateStatus::kFallback ? 1U : 0U;
+    ++tally_.steps;
+    tally_.fallback += e.status == EstimateStatus::kFallback ? 1 : 0;
+    tally_.invalid += e.status == EstimateStatus::kInvalid ? 1 : 0;
     track_.utime.push_back(e.header.utime);
     track_.t_s.push_back(seconds(e.header.utime));
     for (std::size_t i = 0; i < n; ++i) {
@@ -127,6 +135,7 @@ class Listener {
   Tuning tuning_;
   AnyProcess process_;
   std::vector<std::string> nees_states_;
+  StepTally& tally_;
   std::vector<double> input_;  // of the last step
   EstimatorSession session_;
   Track track_;
@@ -174,6 +183,8 @@ std::vector<double> Played::error(std::size_t k, const std::string& state) const
   for (std::size_t i = 0; i < e.size(); ++i) e[i] = tracks[k].of(state)[i] - e[i];
   return e;
 }
+
+const std::map<std::string, StepTally>& step_tally() { return tally(); }
 
 Played play(const Scenario& scenario, const std::vector<Follower>& followers, const RecordedStreams* streams,
             const std::vector<std::string>& nees_states) {

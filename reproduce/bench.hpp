@@ -2,6 +2,7 @@
 // them, so no message is lost and nothing waits.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
@@ -35,7 +36,6 @@ struct Track {
   std::vector<double> nees, nis;
   std::vector<int> nees_dimension, nis_dimension;
   std::vector<double> step_time_us;
-  std::size_t fallbacks = 0;
 
   const std::vector<double>& of(const std::string& state) const;
   const std::vector<double>& sigma_of(const std::string& state) const;
@@ -59,6 +59,13 @@ struct Played {
   std::vector<double> error(std::size_t k, const std::string& state) const;
   const std::vector<double>& truth_of(const std::string& name) const;
 };
+
+// What became of all steps that this process has played, by scenario and estimator: an estimate that is not to be used is NaN
+// in its track and is not scored, so it must be told.
+struct StepTally {
+  std::int64_t steps = 0, fallback = 0, invalid = 0;
+};
+const std::map<std::string, StepTally>& step_tally();
 
 // `streams`: of a recorded drive, else the scenario's vehicle is simulated. NEES is over the states of `nees_states` that have
 // a truth (empty: all).

@@ -32,6 +32,7 @@ struct Experiment {
   std::vector<std::string> items;  // "Fig. 5", "Table 4"
   double minutes;                  // rough, on one core: the longest starts first
   void (*run)(const Bench&, Outcome&);
+  bool needs_data = false;  // nothing of it without recorded drives
 };
 
 // In the order of the document.

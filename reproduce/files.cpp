@@ -95,8 +95,10 @@ void prepare_output(const std::string& out) {
     const std::filesystem::path wanted = std::filesystem::path(out) / folder;
     std::error_code error;
     std::filesystem::create_directories(wanted, error);
+    if (std::filesystem::exists(out) && !std::filesystem::is_directory(out))
+      throw Refusal(fmt::format("--out: {} is not a folder", out));
     if (error || !std::filesystem::is_directory(wanted))
-      throw Refusal(fmt::format("--out: cannot make the folder {}", wanted.string()));
+      throw Refusal(fmt::format("--out: cannot make the folder {}{}", wanted.string(), error ? ": " + error.message() : ""));
     require_writable(wanted.string());
   }
 }

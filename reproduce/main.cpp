@@ -77,6 +77,15 @@ std::string key_of(const Options& o) {
   for (const fs::path& f : files)
     if (f.extension() == ".toml") h = hash64(read_text_file(f.string()), h);
   h = hash64(fmt::format("{} {}", o.data, o.seeds), h);
+  if (!o.data.empty()) {
+    std::vector<std::string> data;
+    for (const auto& entry : fs::recursive_directory_iterator(o.data))
+      if (entry.is_regular_file())
+        data.push_back(fmt::format("{} {} {}", entry.path().string(), entry.file_size(),
+                                   entry.last_write_time().time_since_epoch().count()));
+    std::sort(data.begin(), data.end());
+    for (const std::string& file : data) h = hash64(file, h);
+  }
   return fmt::format("{:016x}", h);
 }
 
@@ -109,9 +118,7 @@ class ProgressLine {
           a.total > 0 ? fmt::format("  {} {} of {}", a.experiment, a.done, a.total) : fmt::format("  {} begins", a.experiment);
     if (line == shown_) return;
     if (terminal_) {
-      winsize size{};
-      const std::size_t width = ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 10 ? size.ws_col - 1U : 79U;
-      fmt::print("\r{:<{}.{}}", line, width, width);
+      fmt::print("\r{:<{}.{}}", line, width(), width());
     } else if (finished != finished_ || shown_.empty()) {
       fmt::print("{}\n", line);
     }
@@ -120,11 +127,15 @@ class ProgressLine {
     shown_ = line;
   }
   void clear() {
-    if (terminal_ && !shown_.empty()) fmt::print("\r{:<79}\r", "");
+    if (terminal_ && !shown_.empty()) fmt::print("\r{:<{}}\r", "", width());
     shown_.clear();
   }
 
  private:
+  static std::size_t width() {
+    winsize size{};
+    return ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 10 ? size.ws_col - 1U : 79U;
+  }
   bool terminal_ = ::isatty(STDOUT_FILENO) == 1;
   std::string shown_;
   std::size_t finished_ = 0;
@@ -153,7 +164,13 @@ int run(int argc, char** argv) {
     print_list();
     return 0;
   }
-  const std::vector<const Experiment*> wanted = chosen(o.names);
+  std::vector<const Experiment*> wanted = chosen(o.names);
+  if (o.data.empty()) {
+    for (const Experiment* e : wanted)
+      if (e->needs_data && !o.names.empty())
+        throw Refusal(fmt::format("experiment '{}' needs the recorded drives: --data DIR", e->name));
+    std::erase_if(wanted, [](const Experiment* e) { return e->needs_data; });
+  }
   if (o.seeds < 1 || o.seeds > 10000 || o.seeds != std::floor(o.seeds))
     throw Refusal(fmt::format("--seeds: found {}, expected a whole number from 1 to 10000", o.seeds));
   if (o.jobs < 0 || o.jobs > 1024 || o.jobs != std::floor(o.jobs))
@@ -164,10 +181,17 @@ int run(int argc, char** argv) {
 
   const std::string key = key_of(o);
   std::vector<const Experiment*> todo;
-  for (const Experiment* e : wanted)
-    if (o.fresh || !read_part(o.out, e->name, key)) todo.push_back(e);
+  for (const Experiment* e : wanted) {
+    if (o.fresh) fs::remove(fs::path(o.out) / "parts" / (e->name + ".json"));
+    if (!read_part(o.out, e->name, key)) todo.push_back(e);
+  }
   if (todo.size() < wanted.size())
     say(fmt::format("{} of {} experiments are finished already in {}", wanted.size() - todo.size(), wanted.size(), o.out));
+  std::string others;
+  for (const Experiment& e : experiments())
+    if (fs::exists(fs::path(o.out) / "parts" / (e.name + ".json")) && !read_part(o.out, e.name, key)) others += " " + e.name;
+  if (!others.empty())
+    say(fmt::format("made with another program, scenario, data or --seeds, and left out until they are run again:{}", others));
   if (o.data.empty()) say("no recorded drives (--data DIR): what needs them is left out");
 
   catch_interrupts();

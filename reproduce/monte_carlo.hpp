@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -27,7 +28,13 @@ std::vector<std::vector<double>> over_seeds(const Bench& bench, int first, int t
   return columns;
 }
 
+inline constexpr const char* kOurStepTakesLonger = "our step takes longer";
+
 inline std::string seed_is(int seed) { return fmt::format("run.seed={}", seed); }
+
+inline double mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
 
 inline std::vector<double> absolute(std::vector<double> values) {
   for (double& v : values) v = std::abs(v);
@@ -40,11 +47,6 @@ inline std::vector<double> changes_s(const std::vector<double>& t_s, const std::
   for (std::size_t i = 1; i < value.size(); ++i)
     if (value[i] != value[i - 1]) at.push_back(t_s[i]);
   return at;
-}
-
-// The two-column table "parameter, value, unit" that the document opens a section with.
-inline Table parameter_table(const std::string& title, const std::vector<std::vector<std::string>>& rows) {
-  return {title, {{"parameter", false}, {"value"}, {"unit", false}}, rows};
 }
 
 }  // namespace slipstream

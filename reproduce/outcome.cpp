@@ -1,10 +1,10 @@
 #include "reproduce/outcome.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "common/check.hpp"
 
 namespace slipstream {
 namespace {
@@ -34,7 +34,8 @@ Printed::Printed(const std::string& text) : value(std::stod(text)), resolution(1
 }
 
 double median(std::vector<double> values) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  if (values.empty() || std::any_of(values.begin(), values.end(), [](double v) { return std::isnan(v); }))
+    return std::numeric_limits<double>::quiet_NaN();
   std::sort(values.begin(), values.end());
   const std::size_t n = values.size();
   return n % 2 == 1 ? values[n / 2] : 0.5 * (values[n / 2 - 1] + values[n / 2]);
@@ -42,16 +43,19 @@ double median(std::vector<double> values) {
 
 Row judged(const std::string& item, const std::string& quantity, const std::string& unit, const Printed& published, Aim aim,
            const std::vector<double>& ours, const std::string& because, const std::string& note) {
-  SLIPSTREAM_CHECK(aim != Aim::kMeet);
   Row row = described(item, quantity, unit, ours, note);
   row.published = published.value;
+  if (std::isnan(row.ours)) {
+    row.verdict = "not computed: some run gave no number";
+    return row;
+  }
   const double sign = aim == Aim::kHigh ? 1.0 : -1.0;
   const double slack = 0.5 * published.resolution * (1.0 + 1e-9);
   const double gain = sign * (row.ours - published.value);  // positive: ours is better
   const Band spread = row.spread.value_or(Band{row.ours, row.ours});
   const bool inside = published.value >= spread.low - slack && published.value <= spread.high + slack;
   if (inside || std::abs(gain) <= slack)
-    row.verdict = "equal within spread";
+    row.verdict = row.spread ? "equal within spread" : "equal to the printed digit";
   else if (gain > 0.0)
     row.verdict = "better";
   else
@@ -63,9 +67,13 @@ Row met(const std::string& item, const std::string& quantity, const std::string&
         double tolerance, const std::string& because, const std::string& note) {
   Row row = described(item, quantity, unit, {ours}, note);
   row.published = published.value;
-  row.verdict = std::abs(ours - published.value) <= tolerance + 0.5 * published.resolution * (1.0 + 1e-9)
-                    ? "equal within spread"
-                    : "different, because " + (because.empty() ? "of a reason that we have not found" : because);
+  if (std::isnan(ours))
+    row.verdict = "not computed";
+  else if (std::abs(ours - published.value) > tolerance + 0.5 * published.resolution * (1.0 + 1e-9))
+    row.verdict = "different, because " + (because.empty() ? "of a reason that we have not found" : because);
+  else
+    row.verdict = tolerance > 0.0 ? fmt::format("met within {:g}{}", tolerance, unit.empty() ? "" : " " + unit)
+                                  : "met to the printed digit";
   return row;
 }
 
@@ -74,6 +82,17 @@ Row reported(const std::string& item, const std::string& quantity, const std::st
   Row row = described(item, quantity, unit, ours, note);
   row.verdict = "no published value";
   return row;
+}
+
+void add_parameters(Outcome& o, const std::string& item, const std::string& title, const std::string& caption,
+                    const std::vector<Parameter>& parameters) {
+  Table table{title, {{"parameter", false}, {"printed"}, {"ours"}, {"unit", false}}, {}};
+  for (const Parameter& p : parameters) {
+    table.rows.push_back({p.name, p.printed, fmt::format("{:g}", p.ours), p.unit});
+    o.rows.push_back(
+        met(item, p.name, p.unit, Printed(std::stod(p.printed), 1e-9), p.ours, 0.0, "this bench has another value"));
+  }
+  o.tables.push_back({item, caption, table});
 }
 
 }  // namespace slipstream

@@ -3,9 +3,13 @@
 // Verdict on a value with a published counterpart. `ours` is the median over the runs, the spread their 5th to 95th percentile
 // (nearest rank), and half a unit of the last printed digit is granted to the published value:
 //   better                 the median is better and the published value lies outside the spread
-//   equal within spread    the published value lies inside the spread, or the median agrees with it to the printed digit
+//   equal within spread    the published value lies inside the spread, or the median agrees with it to the printed digit (the
+//   only
+//                          way there is with a single run)
 //   worse, because ...     the rest
-// A value that should be met rather than beaten (Aim::kMeet) is equal within its tolerance, else "different, because ...".
+//   not computed           some run gave no number
+// A value that should be met rather than beaten is "met" to the printed digit or within a stated tolerance, else "different,
+// because ...".
 #pragma once
 
 #include <optional>
@@ -21,11 +25,12 @@ namespace slipstream {
 // A number as a document prints it: "0.9639" has the resolution 0.0001.
 struct Printed {
   explicit Printed(const std::string& text);
+  Printed(double v, double r) : value(v), resolution(r) {}
   double value;
   double resolution;
 };
 
-enum class Aim { kHigh, kLow, kMeet };
+enum class Aim { kHigh, kLow };
 
 struct Row {
   std::string item;      // "Table 7", "Fig. 43"
@@ -42,7 +47,7 @@ struct Row {
 // One value over its runs against a printed one; `because` explains a worse one.
 Row judged(const std::string& item, const std::string& quantity, const std::string& unit, const Printed& published, Aim aim,
            const std::vector<double>& ours, const std::string& because, const std::string& note = "");
-// As above for Aim::kMeet, with the tolerance that the note explains.
+// To be met, with a tolerance that the note explains; 0: to the printed digit.
 Row met(const std::string& item, const std::string& quantity, const std::string& unit, const Printed& published, double ours,
         double tolerance, const std::string& because, const std::string& note = "");
 // A value of ours that the document does not have.
@@ -62,6 +67,15 @@ struct Outcome {
   std::vector<std::string> notes;
 };
 
-double median(std::vector<double> values);  // NaN for none
+// Parameters that the document prints, as this bench has them: a table, and a row each that they are the same.
+struct Parameter {
+  std::string name, printed;
+  double ours;
+  std::string unit;
+};
+void add_parameters(Outcome& o, const std::string& item, const std::string& title, const std::string& caption,
+                    const std::vector<Parameter>& parameters);
+
+double median(std::vector<double> values);  // NaN for none, and where one of them is NaN
 
 }  // namespace slipstream

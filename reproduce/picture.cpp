@@ -46,6 +46,12 @@ Sketch::Sketch(std::string item, std::string title, std::string x_label, Band x_
   csv_ = "panel,series,x,y,low,high\n";
 }
 
+std::string Sketch::shown(const std::string& name) {
+  if (name.empty() || !in_legend_.insert(name).second) return "";
+  legend_letters_ += name.size();
+  return name;
+}
+
 Sketch& Sketch::panel(const std::string& y_label, int height_px) {
   panel_ = &plot_.panel(y_label, height_px);
   return *this;
@@ -61,8 +67,7 @@ Sketch& Sketch::log_y() {
 
 Sketch& Sketch::line(const std::string& name, const std::vector<double>& x, const std::vector<double>& y,
                      const std::string& style) {
-  plot_.line(*panel_, thinned(x, y), style, name);
-  if (!name.empty()) ++legend_, legend_letters_ += name.size();
+  plot_.line(*panel_, thinned(x, y), style, shown(name));
   for (std::size_t i = 0; i < x.size(); ++i)
     fmt::format_to(std::back_inserter(csv_), "{},{},{:.9g},{:.9g},,\n", panel_->y_label, name, x[i], y[i]);
   return *this;
@@ -72,28 +77,26 @@ Sketch& Sketch::band(const std::string& name, const std::vector<double>& x, cons
                      const std::vector<double>& high, const std::string& colour) {
   const Curve l = thinned(x, low), h = thinned(x, high);
   if (l.x.size() == x.size()) {
-    plot_.band(*panel_, {x, low, high}, colour, name);
+    plot_.band(*panel_, {x, low, high}, colour, shown(name));
   } else {
     std::vector<Utime> utime;
     for (const double t : x) utime.push_back(static_cast<Utime>(std::llround(t / kSecondsPerUtime)));
-    plot_.band(*panel_, decimated(utime, low, high), colour, name);
+    plot_.band(*panel_, decimated(utime, low, high), colour, shown(name));
   }
-  if (!name.empty()) ++legend_, legend_letters_ += name.size();
   for (std::size_t i = 0; i < x.size(); ++i)
     fmt::format_to(std::back_inserter(csv_), "{},{},{:.9g},,{:.9g},{:.9g}\n", panel_->y_label, name, x[i], low[i], high[i]);
   return *this;
 }
 
 Sketch& Sketch::level(const std::string& name, double y, const std::string& style) {
-  plot_.constant(*panel_, y, style, name);
-  if (!name.empty()) ++legend_, legend_letters_ += name.size();
+  plot_.constant(*panel_, y, style, shown(name));
   return *this;
 }
 
 Picture Sketch::finish(const std::string& caption) const {
   // About 95 letters fit into a row of the legend, with 6 for each sample line.
-  const int rows = static_cast<int>((legend_letters_ + 6 * legend_) / 95) + 1;
-  return {item_, title_, caption, plot_.text(std::max(rows, legend_rows(legend_))), "", "", csv_};
+  const int rows = static_cast<int>((legend_letters_ + 6 * in_legend_.size()) / 95) + 1;
+  return {item_, title_, caption, plot_.text(std::max(rows, legend_rows(in_legend_.size()))), "", "", csv_};
 }
 
 Sketch map_sketch(const std::string& item, const std::string& title, Band x, Band y, const std::string& x_label,

@@ -1,7 +1,7 @@
 // A figure under construction: series into panels, once for gnuplot and once as numbers for a CSV file.
 #pragma once
 
-#include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -34,7 +34,7 @@ class Sketch {
   Sketch& panel(const std::string& y_label, int height_px = 300);
   Sketch& range(double low, double high);
   Sketch& log_y();
-  // Each adds to the newest panel. An empty name keeps a series out of the legend.
+  // Each adds to the newest panel. The legend shows a name once, the CSV file at every series.
   Sketch& line(const std::string& name, const std::vector<double>& x, const std::vector<double>& y, const std::string& style);
   Sketch& band(const std::string& name, const std::vector<double>& x, const std::vector<double>& low,
                const std::vector<double>& high, const std::string& colour);
@@ -46,7 +46,9 @@ class Sketch {
   std::string item_, title_, x_label_;
   PlotScript plot_;
   Panel* panel_ = nullptr;
-  std::size_t legend_ = 0, legend_letters_ = 0;
+  std::string shown(const std::string& name);  // for the legend: empty the second time
+  std::set<std::string> in_legend_;
+  std::size_t legend_letters_ = 0;
   std::string csv_;
 };
 

@@ -46,7 +46,7 @@ const std::vector<Experiment>& experiments() {
        reproduce_ground_simulation},
       {"ground_experiment", kChapter5, "The hierarchical observer on a richer plant", items({{21, 25}}, {8, 9}), 2.5,
        reproduce_ground_experiment},
-      {"recorded", kChapter5, "Recorded drives of a real 1:10 car", {"Drive ds5a", "Drive ds3"}, 0.1, reproduce_recorded},
+      {"recorded", kChapter5, "Recorded drives of a real 1:10 car", {"Drive ds5a", "Drive ds3"}, 0.1, reproduce_recorded, true},
       {"circle", kChapter6, "Circle", items({{26, 28}}, {10, 11}), 2.0, reproduce_circle},
       {"lane_change", kChapter6, "Single lane change", items({{29, 32}}, {}), 1.2, reproduce_lane_change},
       {"track", kChapter6, "Standard track", items({{33, 35}}, {12}), 3.5, reproduce_track},
@@ -59,7 +59,7 @@ const std::vector<Experiment>& experiments() {
        kConsistency,
        "NEES, NIS and observability",
        {"Consistency", "Eq. 5.5", "Observability"},
-       0.7,
+       1.6,
        reproduce_consistency},
   };
   return all;

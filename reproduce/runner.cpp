@@ -15,6 +15,7 @@
 #include <cstring>
 
 #include "common/refusal.hpp"
+#include "reproduce/bench.hpp"
 #include "reproduce/files.hpp"
 
 namespace slipstream {
@@ -57,6 +58,32 @@ void say(int pipe, const std::string& line) {
   if (::write(pipe, text.data(), text.size()) < 0) std::_Exit(2);  // nobody listens any more
 }
 
+// What fell back or gave nothing usable is not in the scores, so it is told.
+void tell_steps(Outcome& o) {
+  std::int64_t all = 0;
+  std::string told;
+  for (const auto& [who, t] : step_tally()) {
+    all += t.steps;
+    if (t.fallback + t.invalid > 0)
+      told += fmt::format("{}{}: {} fell back and {} were invalid of {}", told.empty() ? " " : "; ", who, t.fallback, t.invalid,
+                          t.steps);
+  }
+  if (all > 0)
+    o.notes.push_back(
+        fmt::format("Of {} steps of estimators{}", all, told.empty() ? " none fell back or was invalid." : ":" + told + "."));
+}
+
+// Every figure and table that an experiment promises.
+void require_items(const Experiment& experiment, const Outcome& o) {
+  for (const std::string& item : experiment.items) {
+    const bool is_figure = item.starts_with("Fig."), is_table = item.starts_with("Table");
+    const bool there =
+        std::any_of(o.figures.begin(), o.figures.end(), [&](const Picture& p) { return p.item == item; }) ||
+        (!is_figure && std::any_of(o.tables.begin(), o.tables.end(), [&](const TableItem& t) { return t.item == item; }));
+    if ((is_figure || is_table) && !there) throw Refusal(fmt::format("{} is missing in what it has computed", item));
+  }
+}
+
 [[noreturn]] void be_child(const Experiment& experiment, Bench bench, const std::string& out, const std::string& key,
                            int pipe) {
   std::signal(SIGINT, SIG_IGN);  // the parent hears it and ends us
@@ -67,6 +94,8 @@ void say(int pipe, const std::string& line) {
   try {
     Part part{experiment.name, key, 0.0, {}};
     experiment.run(bench, part.outcome);
+    tell_steps(part.outcome);
+    require_items(experiment, part.outcome);
     part.elapsed_s = since(start);
     write_part(out, std::move(part));
   } catch (const std::exception& e) {

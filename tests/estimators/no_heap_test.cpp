@@ -68,7 +68,7 @@ TEST(NoHeap, StepsAllocateNothing) {
   Hierarchical hierarchical(belief(), first, std::make_unique<Ekf<WheelFriction> >(first));
   EXPECT_EQ(allocations_of_steps(hierarchical), 0);
   const std::unique_ptr<Estimator> pf =
-      std::make_unique<ParticleFilter<LongitudinalFriction> >(belief(), 100, 0.5, RandomStream(1, 0, "estimator.pf"));
+      std::make_unique<ParticleFilter<LongitudinalFriction> >(belief(), 100, 0.5, true, RandomStream(1, 0, "estimator.pf"));
   EXPECT_EQ(allocations_of_steps(*pf), 0);
 
   const long counted = g_allocations;

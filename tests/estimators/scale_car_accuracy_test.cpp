@@ -91,8 +91,7 @@ TEST(ScaleCar, NoiseFreeTuningWithoutNoise) {
   for (const auto& [name, r2] : m.r2) EXPECT_NEAR(mhe.r2.at(name), r2, 1e-6) << name;  // the solver's tolerance
 }
 
-// The document's own numbers give at least the document's accuracy, save 0.002 for the run's length and surface, which are
-// ours.
+// The document's own numbers give at least the document's accuracy.
 TEST(ScaleCar, DocumentTuning) {
   struct Published {
     const char* algorithm;
@@ -106,8 +105,8 @@ TEST(ScaleCar, DocumentTuning) {
                               !p.noise ? 1
                               : mhe    ? kMheSeeds
                                        : kSeeds);
-    EXPECT_GE(m.r2.at("friction"), p.friction - 0.002) << p.algorithm << p.noise;
-    EXPECT_GE(m.r2.at("wheel_speed_radps"), p.wheel_speed - 0.002) << p.algorithm << p.noise;
+    EXPECT_GE(m.r2.at("friction"), p.friction - 0.0005) << p.algorithm << p.noise;  // printed to three decimals
+    EXPECT_GE(m.r2.at("wheel_speed_radps"), p.wheel_speed - 0.0005) << p.algorithm << p.noise;
     EXPECT_GE(m.r2.at("speed_mps"), 0.999);
   }
 }

@@ -124,7 +124,7 @@ std::string bits_of(const Scenario& s) {
   for (const auto& [name, t] : s.estimator.tunings) {
     b.put(name), b.put(t.measurement_noise), b.put(t.measurement_variance), b.put(t.process_noise), b.put(t.process_variance);
     b.put(t.initial_mean), b.put(t.initial_variance), b.put(t.start), b.put(t.mhe_form), b.put(std::to_string(t.mhe_window));
-    b.put(t.arrival_weight), b.put(t.measurement_weight), b.put(std::to_string(t.pf_particles)), b.put(t.pf_resample_below);
+    b.put(t.arrival_weight), b.put(t.measurement_weight), b.put(std::to_string(t.pf_particles)), b.put(t.pf_resample_below), b.put(std::to_string(t.pf_recover));
     if (t.process) std::visit([&](const auto& p) { p.visit_parameters(p, b); }, *t.process);
   }
   return b.text;
@@ -289,7 +289,7 @@ initial_variance = { lateral_speed_mps = 1, yaw_rate_radps = 1, heading_rad = 1,
 
 TEST(ScenarioReader, RefusesWrongTypes) {
   EXPECT_EQ(refused_with("rate_hz = 50", "rate_hz = \"fast\""),
-            "s.toml:6:11: sensor.wheel_speed.rate_hz: found \"fast\", expected a number greater than 0 and at most 10000");
+            "s.toml:6:11: sensor.wheel_speed.rate_hz: found \"fast\", expected a number from 0.001 to 10000");
   EXPECT_EQ(refused_with("[run]", "[run]\nseed = 1.5"),
             "s.toml:3:8: run.seed: found 1.5, expected a whole number from 0 to 9007199254740992");
   EXPECT_EQ(refused_with("[run]", "[run]\nclock = true"),
@@ -316,11 +316,11 @@ TEST(ScenarioReader, RefusesWrongTypes) {
 TEST(ScenarioReader, RefusesValuesOutOfRange) {
   const std::string rate = "sensor.wheel_speed.rate_hz: found ";
   EXPECT_EQ(refused_with("rate_hz = 50", "rate_hz = -5"),
-            "s.toml:6:11: " + rate + "-5, expected a number greater than 0 and at most 10000");
+            "s.toml:6:11: " + rate + "-5, expected a number from 0.001 to 10000");
   EXPECT_EQ(refused_with("rate_hz = 50", "rate_hz = 0.0"),
-            "s.toml:6:11: " + rate + "0, expected a number greater than 0 and at most 10000");
+            "s.toml:6:11: " + rate + "0, expected a number from 0.001 to 10000");
   EXPECT_EQ(refused_with("rate_hz = 50", "rate_hz = nan"),
-            "s.toml:6:11: " + rate + "nan, expected a finite number greater than 0 and at most 10000");
+            "s.toml:6:11: " + rate + "nan, expected a finite number from 0.001 to 10000");
   EXPECT_EQ(refused_with("type = \"unimog\"", "type = \"unimog\"\nmass_kg = inf"),
             "s.toml:5:11: vehicle.mass_kg: found inf, expected a finite number greater than 0");
   EXPECT_EQ(refused_with("friction = 0 }", "friction = -inf }"),
@@ -510,7 +510,7 @@ TEST_F(ScenarioLayers, ABaseIsReadFirst) {
 TEST_F(ScenarioLayers, ErrorsNameTheFileThatHoldsTheValue) {
   const std::string bad = folder.write("bad.toml", replaced(kMinimal, "rate_hz = 50", "rate_hz = -1"));
   const std::string over = folder.write("over.toml", "base = \"bad.toml\"\n");
-  const std::string range = ", expected a number greater than 0 and at most 10000";
+  const std::string range = ", expected a number from 0.001 to 10000";
   EXPECT_EQ(refusal_of([&] { load_scenario_file(over); }), bad + ":6:11: sensor.wheel_speed.rate_hz: found -1" + range);
   const std::string worse = folder.write("worse.toml", "base = \"s.toml\"\n[sensor.wheel_speed]\nrate_hz = -2\n");
   EXPECT_EQ(refusal_of([&] { load_scenario_file(worse); }), worse + ":3:11: sensor.wheel_speed.rate_hz: found -2" + range);

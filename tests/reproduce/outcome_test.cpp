@@ -20,7 +20,7 @@ TEST(Verdict, PrintedNumbersHaveAResolution) {
 
 TEST(Verdict, OneRunIsComparedToThePrintedDigit) {
   EXPECT_EQ(verdict("0.90", Aim::kHigh, {0.906}), "better");
-  EXPECT_EQ(verdict("0.90", Aim::kHigh, {0.896}), "equal within spread");  // rounds to 0.90
+  EXPECT_EQ(verdict("0.90", Aim::kHigh, {0.896}), "equal to the printed digit");  // rounds to 0.90
   EXPECT_EQ(verdict("0.90", Aim::kHigh, {0.894}), "worse, because it rains");
   EXPECT_EQ(verdict("0.90", Aim::kLow, {0.894}), "better");
   EXPECT_EQ(verdict("0.90", Aim::kLow, {0.906}), "worse, because it rains");
@@ -39,10 +39,12 @@ TEST(Verdict, ManyRunsAreComparedByTheirSpread) {
   EXPECT_EQ(row.runs, 20);
 }
 
-TEST(Verdict, NothingIsCalledBetterWithoutANumber) {
-  EXPECT_EQ(verdict("0.90", Aim::kHigh, {std::nan("")}), "worse, because it rains");
-  EXPECT_EQ(verdict("0.90", Aim::kHigh, {}), "worse, because it rains");
-  EXPECT_EQ(verdict("0.90", Aim::kLow, {0.5, std::nan(""), 0.6}).substr(0, 5), "worse");
+TEST(Verdict, WithoutANumberThereIsNone) {
+  const double nan = std::nan("");
+  for (const std::vector<double>& ours : {std::vector<double>{nan}, {}, {0.5, nan, 0.6}})
+    for (const Aim aim : {Aim::kHigh, Aim::kLow})
+      EXPECT_EQ(verdict("0.90", aim, ours), "not computed: some run gave no number");
+  EXPECT_TRUE(std::isnan(median({0.5, nan, 0.6})));
 }
 
 TEST(Verdict, WorseAlwaysHasAReason) {
@@ -51,9 +53,10 @@ TEST(Verdict, WorseAlwaysHasAReason) {
 }
 
 TEST(Verdict, AValueToBeMet) {
-  EXPECT_EQ(met("T", "q", "s", Printed("2.56"), 2.50, 0.06, "why").verdict, "equal within spread");
+  EXPECT_EQ(met("T", "q", "s", Printed("2.56"), 2.50, 0.06, "why").verdict, "met within 0.06 s");
+  EXPECT_EQ(met("T", "q", "s", Printed("2.56"), 2.561, 0.0, "why").verdict, "met to the printed digit");
   EXPECT_EQ(met("T", "q", "s", Printed("2.56"), 2.49, 0.06, "why").verdict, "different, because why");
-  EXPECT_EQ(met("T", "q", "s", Printed("2.56"), std::nan(""), 0.06, "why").verdict, "different, because why");
+  EXPECT_EQ(met("T", "q", "s", Printed("2.56"), std::nan(""), 0.06, "why").verdict, "not computed");
 }
 
 TEST(Verdict, AValueOfOursAlone) {

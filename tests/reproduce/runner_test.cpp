@@ -126,6 +126,19 @@ TEST(Runner, OneThatFailsTakesNothingElseDown) {
   EXPECT_LE(f.most_running, 2);
 }
 
+TEST(Runner, AnItemThatIsPromisedMustBeThere) {
+  const TemporaryFolder folder;
+  prepare_output(folder.path());
+  Experiment e = named("good", good);
+  e.items = {"Fig. 5", "Table 7"};
+  Finished f;
+  EXPECT_TRUE(run_experiments({&e}, {}, folder.path(), "key", 1, f.hooks()));
+  EXPECT_EQ(f.error.at("good"), "");
+  e.items = {"Fig. 5", "Fig. 6"};
+  EXPECT_TRUE(run_experiments({&e}, {}, folder.path(), "other", 1, f.hooks()));
+  EXPECT_EQ(f.error.at("good"), "Fig. 6 is missing in what it has computed");
+}
+
 TEST(Runner, TheLongestStartsFirst) {
   const TemporaryFolder folder;
   prepare_output(folder.path());
@@ -148,7 +161,8 @@ TEST(Runner, AnInterruptionEndsThemAtOnceAndKeepsWhatIsFinished) {
 }
 
 TEST(Runner, AFolderThatCannotBeMadeIsRefused) {
-  EXPECT_EQ(refusal_of([] { prepare_output("/proc/nowhere"); }), "--out: cannot make the folder /proc/nowhere/");
+  EXPECT_EQ(refusal_of([] { prepare_output("/proc/nowhere"); }),
+            "--out: cannot make the folder /proc/nowhere/: No such file or directory");
 }
 
 }  // namespace

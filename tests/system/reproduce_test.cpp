@@ -26,7 +26,9 @@ TEST(Reproduce, Refusals) {
       {{"tyre", "--seeds", "0"}, "--seeds: found 0, expected a whole number from 1 to 10000"},
       {{"tyre", "--seeds", "2.5"}, "--seeds: found 2.5, expected a whole number from 1 to 10000"},
       {{"tyre", "--jobs", "-1"}, "--jobs: found -1, expected a whole number from 1 to 1024"},
-      {{"tyre", "--out", "/proc/nowhere"}, "--out: cannot make the folder /proc/nowhere/"},
+      {{"tyre", "--out", "/proc/nowhere"}, "--out: cannot make the folder /proc/nowhere/: No such file or directory"},
+      {{"tyre", "--out", "/proc/version"}, "--out: /proc/version is not a folder"},
+      {{"recorded"}, "experiment 'recorded' needs the recorded drives: --data DIR"},
       {{"tyre", "--uot", "x"}, "unknown option '--uot'; did you mean '--out'?"},
   };
   for (const auto& door : doors) expect_refused(bench, "reproduce", kThere + door.arguments, door.line);
@@ -58,6 +60,23 @@ TEST(Reproduce, AFigureByItsNumberAndASecondCallThatHasNothingToDo) {
   EXPECT_TRUE(second.said("1 of 1 experiments are finished already"));
   EXPECT_FALSE(second.said("tyre begins"));
   EXPECT_EQ(text_of(bench.path("out/report.html")), page);
+}
+
+// One run of everything: each experiment delivers the figures and tables that it promises, or the program fails.
+TEST(Reproduce, EveryExperimentDeliversItsItems) {
+  Bench bench;
+  const std::string data = SLIPSTREAM_DATA_DIR;
+  Process p = reproduce(
+      bench, Arguments{"--seeds", "1", "--out", bench.path("out")} + (data.empty() ? Arguments{} : Arguments{"--data", data}));
+  EXPECT_EQ(p.wait(280.0), 0) << p.out() << p.err();
+  const nlohmann::json results = nlohmann::json::parse(text_of(bench.path("out/results.json")), nullptr, false);
+  ASSERT_TRUE(results.is_array());
+  EXPECT_GT(results.size(), 200U);
+  for (const nlohmann::json& r : results) {
+    EXPECT_FALSE(r["ours"].is_null()) << r.dump();
+    EXPECT_EQ(r["verdict"].get<std::string>().find("not computed"), std::string::npos) << r.dump();
+  }
+  EXPECT_EQ(text_of(bench.path("out/report.html")).find("could not be drawn"), std::string::npos);
 }
 
 // What was finished before the interruption stays, and is in the report; the same call goes on from there.
