@@ -90,6 +90,11 @@ class Page {
         "band of NEES is narrower than it should be.</p>\n";
     table(timing_table(results_));
     table(delivery_table(results_));
+    if (info_.clock == "realtime")
+      out_ +=
+          "<p>Missed: steps that took longer than the deadline. Late: estimates that arrived when the plant was already "
+          "further on than the "
+          "deadline, because of this step, an earlier one, or the way; they are scored like the others.</p>\n";
   }
 
   void notes() {

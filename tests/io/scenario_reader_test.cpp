@@ -124,7 +124,8 @@ std::string bits_of(const Scenario& s) {
   for (const auto& [name, t] : s.estimator.tunings) {
     b.put(name), b.put(t.measurement_noise), b.put(t.measurement_variance), b.put(t.process_noise), b.put(t.process_variance);
     b.put(t.initial_mean), b.put(t.initial_variance), b.put(t.start), b.put(t.mhe_form), b.put(std::to_string(t.mhe_window));
-    b.put(t.arrival_weight), b.put(t.measurement_weight), b.put(std::to_string(t.pf_particles)), b.put(t.pf_resample_below), b.put(std::to_string(t.pf_recover));
+    b.put(t.arrival_weight), b.put(t.measurement_weight), b.put(std::to_string(t.pf_particles)), b.put(t.pf_resample_below),
+        b.put(std::to_string(t.pf_recover));
     if (t.process) std::visit([&](const auto& p) { p.visit_parameters(p, b); }, *t.process);
   }
   return b.text;
@@ -315,10 +316,10 @@ TEST(ScenarioReader, RefusesWrongTypes) {
 
 TEST(ScenarioReader, RefusesValuesOutOfRange) {
   const std::string rate = "sensor.wheel_speed.rate_hz: found ";
-  EXPECT_EQ(refused_with("rate_hz = 50", "rate_hz = -5"),
-            "s.toml:6:11: " + rate + "-5, expected a number from 0.001 to 10000");
-  EXPECT_EQ(refused_with("rate_hz = 50", "rate_hz = 0.0"),
-            "s.toml:6:11: " + rate + "0, expected a number from 0.001 to 10000");
+  EXPECT_EQ(refused_with("rate_hz = 50", "rate_hz = -5"), "s.toml:6:11: " + rate + "-5, expected a number from 0.001 to 10000");
+  EXPECT_EQ(refused_with("rate_hz = 50", "rate_hz = 0.0"), "s.toml:6:11: " + rate + "0, expected a number from 0.001 to 10000");
+  EXPECT_EQ(refused_with("rate_hz = 50", "rate_hz = 1e-6"),  // a period of twelve days
+            "s.toml:6:11: " + rate + "1e-06, expected a number from 0.001 to 10000");
   EXPECT_EQ(refused_with("rate_hz = 50", "rate_hz = nan"),
             "s.toml:6:11: " + rate + "nan, expected a finite number from 0.001 to 10000");
   EXPECT_EQ(refused_with("type = \"unimog\"", "type = \"unimog\"\nmass_kg = inf"),
