@@ -159,7 +159,6 @@ void reproduce_lane_change(const Bench& bench, Outcome& o) {
   o.figures.push_back(output_figure("Fig. 30", "Yaw rate in the lane change", "w_z (rad/s)", p, 1));
   // 4.4 m by 0.06 m: not in one scale.
   Sketch path("Fig. 31", "Path in the lane change", "X (m)", {0.0, 4.6});
-  std::vector<std::vector<double>> ys{p.truth_of("y_m")};
   path.panel("Y (m)", 320).line("truth", p.truth_of("x_m"), p.truth_of("y_m"), kTruthStyle);
   for (const std::size_t k : kDrawn)
     path.line(p.tracks[k].label, p.tracks[k].of("x_m"), p.tracks[k].of("y_m"), line_of(k, 1.4));
@@ -168,12 +167,7 @@ void reproduce_lane_change(const Bench& bench, Outcome& o) {
   Sketch stiffness("Fig. 32", "Cornering stiffnesses in the lane change", p.truth_t_s.back());
   for (const auto& [state, label] :
        {std::pair{"front_stiffness_npr", "front (N/rad)"}, {"rear_stiffness_npr", "rear (N/rad)"}}) {
-    const Track& matched = p.tracks[2];
-    std::vector<double> low = matched.of(state), high = low;
-    for (std::size_t i = 0; i < low.size(); ++i)
-      low[i] -= 2.0 * matched.sigma_of(state)[i], high[i] += 2.0 * matched.sigma_of(state)[i];
-    stiffness.panel(label, 240).range(0.0, 12.0);
-    stiffness.band("EKF matched, 2 sigma", matched.t_s, low, high, "#009E73");
+    two_sigma(stiffness.panel(label, 240).range(0.0, 12.0), "EKF matched, 2 sigma", p.tracks[2], state, "#009E73");
     stiffness.line("truth", p.truth_t_s, p.truth_of(state), kTruthStyle);
     for (const std::size_t k : kDrawn)
       stiffness.line(p.tracks[k].label, p.tracks[k].t_s, p.tracks[k].of(state), line_of(k, 1.5));

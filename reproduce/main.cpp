@@ -44,24 +44,21 @@ void print_list() {
 }
 
 // By its name or by an item's: "snow", "fig_6", "Table 4".
+bool is_meant(const Experiment& e, const std::string& name) {
+  return name == e.name || std::any_of(e.items.begin(), e.items.end(),
+                                       [&](const std::string& item) { return file_stem(item) == file_stem(name); });
+}
+
 std::vector<const Experiment*> chosen(const std::vector<std::string>& names) {
   std::vector<const Experiment*> result;
   std::vector<std::string> known;
   for (const Experiment& e : experiments()) {
     known.push_back(e.name);
-    bool wanted = names.empty();
-    for (const std::string& name : names)
-      wanted = wanted || name == e.name || std::any_of(e.items.begin(), e.items.end(), [&](const std::string& item) {
-                 return file_stem(item) == file_stem(name);
-               });
-    if (wanted) result.push_back(&e);
+    if (names.empty() || std::any_of(names.begin(), names.end(), [&](const std::string& name) { return is_meant(e, name); }))
+      result.push_back(&e);
   }
   for (const std::string& name : names) {
-    const bool exists = std::any_of(experiments().begin(), experiments().end(), [&](const Experiment& e) {
-      return name == e.name || std::any_of(e.items.begin(), e.items.end(),
-                                           [&](const std::string& item) { return file_stem(item) == file_stem(name); });
-    });
-    if (!exists)
+    if (std::none_of(result.begin(), result.end(), [&](const Experiment* e) { return is_meant(*e, name); }))
       throw Refusal(fmt::format("no experiment '{}'{}; --list names them with their figures and tables", printable(name),
                                 suggestion(name, known)));
   }

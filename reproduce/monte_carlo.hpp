@@ -36,6 +36,22 @@ inline double mean(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
+// The computing time of all steps.
+inline double total_s(const Track& track) {
+  return 1e-6 * std::accumulate(track.step_time_us.begin(), track.step_time_us.end(), 0.0);
+}
+
+// A state's estimate with two standard deviations to either side.
+inline Sketch& two_sigma(Sketch& sketch, const std::string& name, const Track& track, const std::string& state,
+                         const std::string& colour) {
+  std::vector<double> low = track.of(state), high = low;
+  for (std::size_t i = 0; i < low.size(); ++i) {
+    low[i] -= 2.0 * track.sigma_of(state)[i];
+    high[i] += 2.0 * track.sigma_of(state)[i];
+  }
+  return sketch.band(name, track.t_s, low, high, colour);
+}
+
 inline std::vector<double> absolute(std::vector<double> values) {
   for (double& v : values) v = std::abs(v);
   return values;

@@ -3,9 +3,8 @@
 // Verdict on a value with a published counterpart. `ours` is the median over the runs, the spread their 5th to 95th percentile
 // (nearest rank), and half a unit of the last printed digit is granted to the published value:
 //   better                 the median is better and the published value lies outside the spread
-//   equal within spread    the published value lies inside the spread, or the median agrees with it to the printed digit (the
-//   only
-//                          way there is with a single run)
+//   equal within spread    the published value lies inside the spread, or the median agrees with it to the printed digit
+//   equal to the printed digit                             the same of a single run, which has no spread
 //   worse, because ...     the rest
 //   not computed           some run gave no number
 // A value that should be met rather than beaten is "met" to the printed digit or within a stated tolerance, else "different,

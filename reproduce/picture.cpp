@@ -11,15 +11,17 @@
 namespace slipstream {
 namespace {
 
+std::vector<Utime> as_utime(const std::vector<double>& t_s) {
+  std::vector<Utime> utime;
+  for (const double t : t_s) utime.push_back(static_cast<Utime>(std::llround(t / kSecondsPerUtime)));
+  return utime;
+}
+
 // A time series has x in order and is thinned to what can be seen; a path in the plane is not in order and is thinned evenly.
 Curve thinned(const std::vector<double>& x, const std::vector<double>& y) {
   SLIPSTREAM_CHECK(x.size() == y.size());
   if (x.size() <= kMaxPlotPoints) return {x, y};
-  if (std::is_sorted(x.begin(), x.end())) {
-    std::vector<Utime> utime;
-    for (const double t : x) utime.push_back(static_cast<Utime>(std::llround(t / kSecondsPerUtime)));
-    return decimated(utime, y);
-  }
+  if (std::is_sorted(x.begin(), x.end())) return decimated(as_utime(x), y);
   Curve curve;
   const std::size_t step = x.size() / kMaxPlotPoints + 1;
   for (std::size_t i = 0; i < x.size(); i += step) {
@@ -38,13 +40,9 @@ std::string dots_of(std::size_t index) {
 }
 
 Sketch::Sketch(std::string item, std::string title, double end_s, std::vector<double> marks_s)
-    : item_(std::move(item)), title_(std::move(title)), x_label_("time (s)"), plot_(end_s, std::move(marks_s)) {
-  csv_ = "panel,series,x,y,low,high\n";
-}
+    : item_(std::move(item)), title_(std::move(title)), plot_(end_s, std::move(marks_s)) {}
 Sketch::Sketch(std::string item, std::string title, std::string x_label, Band x_range)
-    : item_(std::move(item)), title_(std::move(title)), x_label_(x_label), plot_(std::move(x_label), x_range) {
-  csv_ = "panel,series,x,y,low,high\n";
-}
+    : item_(std::move(item)), title_(std::move(title)), plot_(std::move(x_label), x_range) {}
 
 std::string Sketch::shown(const std::string& name) {
   if (name.empty() || !in_legend_.insert(name).second) return "";
@@ -75,14 +73,9 @@ Sketch& Sketch::line(const std::string& name, const std::vector<double>& x, cons
 
 Sketch& Sketch::band(const std::string& name, const std::vector<double>& x, const std::vector<double>& low,
                      const std::vector<double>& high, const std::string& colour) {
-  const Curve l = thinned(x, low), h = thinned(x, high);
-  if (l.x.size() == x.size()) {
-    plot_.band(*panel_, {x, low, high}, colour, shown(name));
-  } else {
-    std::vector<Utime> utime;
-    for (const double t : x) utime.push_back(static_cast<Utime>(std::llround(t / kSecondsPerUtime)));
-    plot_.band(*panel_, decimated(utime, low, high), colour, shown(name));
-  }
+  SLIPSTREAM_CHECK(x.size() == low.size() && x.size() == high.size());
+  const bool is_short = x.size() <= kMaxPlotPoints;
+  plot_.band(*panel_, is_short ? BandCurve{x, low, high} : decimated(as_utime(x), low, high), colour, shown(name));
   for (std::size_t i = 0; i < x.size(); ++i)
     fmt::format_to(std::back_inserter(csv_), "{},{},{:.9g},,{:.9g},{:.9g}\n", panel_->y_label, name, x[i], low[i], high[i]);
   return *this;

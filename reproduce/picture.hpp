@@ -23,7 +23,6 @@ struct Picture {
 // Series styles beside kTruthStyle and kMeasuredStyle; those of estimators come in the order of estimator_style.
 std::string line_of(std::size_t index, double width = 2.0);
 std::string dots_of(std::size_t index);  // large markers, for sweeps
-inline constexpr const char* kPublished = "with points pt 4 ps 1.2 lw 2 lc rgb \"#CC79A7\"";
 
 class Sketch {
  public:
@@ -43,13 +42,13 @@ class Sketch {
   Picture finish(const std::string& caption) const;
 
  private:
-  std::string item_, title_, x_label_;
+  std::string item_, title_;
   PlotScript plot_;
   Panel* panel_ = nullptr;
   std::string shown(const std::string& name);  // for the legend: empty the second time
   std::set<std::string> in_legend_;
   std::size_t legend_letters_ = 0;
-  std::string csv_;
+  std::string csv_ = "panel,series,x,y,low,high\n";
 };
 
 // A map of paths in one scale for both axes: x to the right, y upwards, metres.

@@ -64,9 +64,7 @@ void lateral(const Bench& bench, Outcome& o) {
   Sketch c("Drive ds3, stiffness", "Cornering stiffnesses of a real 1:10 car", t.t_s.back());
   for (const auto& [state, label] :
        {std::pair{"front_stiffness_npr", "front (N/rad)"}, {"rear_stiffness_npr", "rear (N/rad)"}}) {
-    std::vector<double> low = t.of(state), high = low;
-    for (std::size_t i = 0; i < low.size(); ++i) low[i] -= 2.0 * t.sigma_of(state)[i], high[i] += 2.0 * t.sigma_of(state)[i];
-    c.panel(label, 220).band("2 sigma", t.t_s, low, high, "#0072B2").line("EKF", t.t_s, t.of(state), line_of(0, 1.5));
+    two_sigma(c.panel(label, 220), "2 sigma", t, state, "#0072B2").line("EKF", t.t_s, t.of(state), line_of(0, 1.5));
   }
   o.figures.push_back(c.finish("Nobody knows the truth; the repository of the data states 150 N/rad per axle."));
   for (const char* output : {"a_y_mps2", "yaw_rate_radps"})

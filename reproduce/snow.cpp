@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <numeric>
 
 #include "common/polynomial.hpp"
 #include "models/vehicles/torque_car.hpp"
@@ -35,8 +34,6 @@ Scenario with_particles(const Bench& bench, const std::string& name, int seed) {
   }
   return s;
 }
-
-double total_s(const Track& track) { return 1e-6 * std::accumulate(track.step_time_us.begin(), track.step_time_us.end(), 0.0); }
 
 Picture friction_and_speed(const std::string& item, const std::string& title, const Played& p, std::size_t k,
                            const std::string& caption) {

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "reproduce/monte_carlo.hpp"
 
@@ -23,8 +22,7 @@ struct Sweep {
 };
 
 std::vector<double> scores(const Played& p) {
-  const std::vector<double>& us = p.tracks[0].step_time_us;
-  return {p.score(0, "friction").rmse, p.score(0, "wheel_speed_radps").rmse, 1e-6 * std::accumulate(us.begin(), us.end(), 0.0)};
+  return {p.score(0, "friction").rmse, p.score(0, "wheel_speed_radps").rmse, total_s(p.tracks[0])};
 }
 
 template <typename Change>
