@@ -2,9 +2,13 @@
 // Field meanings and units are those of the .lcm files of the same names.
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "common/check.hpp"
 #include "common/types.hpp"
 
 namespace slipstream {
@@ -24,11 +28,38 @@ struct RunDescriptor {
   std::vector<std::string> truth_units;
 };
 
-// A scalar on the bus: the sensors and the input. `quantity` is its name with the unit as suffix, e.g. "wheel_speed_radps".
+// What a sensor or an input says at one instant: a number, or several that belong together, without an allocation.
+class Values {
+ public:
+  static constexpr int kMost = 6;
+
+  Values(double scalar) : size_(1) { value_[0] = scalar; }  // implicit: most readings are a number
+  explicit Values(std::span<const double> values) : size_(static_cast<int>(values.size())) {
+    SLIPSTREAM_CHECK(!values.empty() && values.size() <= kMost);
+    std::copy(values.begin(), values.end(), value_.begin());
+  }
+
+  std::size_t size() const { return static_cast<std::size_t>(size_); }
+  double operator[](std::size_t i) const { return value_[i]; }
+  const double* begin() const { return value_.data(); }
+  const double* end() const { return value_.data() + size_; }
+  double scalar() const {
+    SLIPSTREAM_CHECK(size_ == 1);
+    return value_[0];
+  }
+
+ private:
+  std::array<double, kMost> value_{};
+  int size_;
+};
+
+// `quantity` is the name with the unit as suffix, e.g. "wheel_speed_radps"; of a reading with several numbers the name that
+// common/readings.hpp lists with its components, e.g. "imu". The header's utime is the time of the measurement: a fix that
+// arrives late is older than the ticks before it.
 struct Reading {
   Header header;
   std::string quantity;
-  double value = 0.0;
+  Values value = 0.0;
 };
 
 struct Truth {
@@ -68,6 +99,7 @@ struct Estimate {
   std::vector<std::string> innovation_of;     // m quantities measured in this step
   std::vector<double> innovation;             // m: measurement minus prediction
   std::vector<double> innovation_covariance;  // m x m, row-major
+  std::vector<std::int8_t> gated;             // m: 1 where the measurement was too unlikely and was left out of the estimate
   double step_time_us = 0.0;                  // wall-clock time of predict and update
   std::int64_t messages_lost = 0;             // gaps in the sequence numbers of what this estimator received, since it joined
   std::int64_t messages_rejected = 0;         // received but unusable: not finite, out of order, malformed

@@ -6,13 +6,13 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <optional>
+#include <memory>
 #include <utility>
 
 #include "common/refusal.hpp"
+#include "estimators/follower.hpp"
 #include "estimators/observability.hpp"
 #include "estimators/registry.hpp"
-#include "estimators/session.hpp"
 #include "io/bus.hpp"
 #include "io/command_line.hpp"
 #include "io/interrupt.hpp"
@@ -95,9 +95,11 @@ class Program {
     if (!options_.config.empty()) loaded = with_estimator_config(loaded, options_.config);
     const EstimatorConfig& config = loaded.scenario.estimator;
     tuning_ = options_.tuning.empty() ? config.tuning : options_.tuning;
-    std::unique_ptr<Estimator> estimator = make_estimator(options_.algorithm, loaded.scenario, tuning_);
-    session_.emplace(options_.name, r.header.run_id, loaded.scenario, config.tunings.at(tuning_), std::move(estimator),
-                     [this](const Estimate& e) { bus_.publish(e); });
+    session_ = make_follower(options_.algorithm, options_.name, r.header.run_id, loaded.scenario, tuning_,
+                             {[this](const Estimate& e) { bus_.publish(e); },
+                              [this](const std::string& quantity, const std::string& reason) {
+                                if (const std::string text = rejections_.line(quantity, reason); !text.empty()) say(text);
+                              }});
     run_id_ = r.header.run_id;
     descriptor_seq_ = r.header.seq;
     heard_ = Clock::now();
@@ -105,6 +107,7 @@ class Program {
     progress_seq_ = 0;
     ++runs_seen_;
     say(fmt::format("follows run {} ({}, tuning {})", r.name, options_.algorithm, tuning_));
+    if (config.strapdown) return announce(Presence::kAlive);
     if (const std::string line = observability_line(observability_of(loaded.scenario, config.tunings.at(tuning_)));
         !line.empty())
       say(line);
@@ -131,7 +134,7 @@ class Program {
     a.algorithm = options_.algorithm;
     a.tuning = tuning_;
     if (session_) {
-      const ModelNames names = session_->estimator().names();
+      const ModelNames names = session_->names();
       a.model = names.model;
       for (const Quantity& q : names.states) {
         a.state_names.emplace_back(q.name);
@@ -151,7 +154,7 @@ class Program {
 
   const Options options_;
   Bus bus_;
-  std::optional<EstimatorSession> session_;
+  std::unique_ptr<RunFollower> session_;
   std::int64_t run_id_ = 0, unreadable_run_ = 0, other_run_ = 0, descriptor_seq_ = 0;
   std::string tuning_;
   bool lockstep_ = false;

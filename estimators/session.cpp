@@ -47,7 +47,7 @@ void EstimatorSession::on_reading(const Reading& r) {
   if (found == channels_.end()) return;  // not a quantity of this scenario
   Channel& c = found->second;
   const bool repeated = c.sender.seen && r.header.seq < c.sender.next_seq;
-  if (!std::isfinite(r.value) || repeated || (any_ && r.header.utime <= processed_) ||
+  if (r.value.size() != 1 || !std::isfinite(r.value.scalar()) || repeated || (any_ && r.header.utime <= processed_) ||
       (pending_ && r.header.utime < pending_utime_)) {
     ++rejected_;
     return;
@@ -60,11 +60,11 @@ void EstimatorSession::on_reading(const Reading& r) {
   pending_ = true;
   pending_utime_ = r.header.utime;
   if (c.input >= 0) {
-    pending_input_[static_cast<std::size_t>(c.input)] = r.value;
+    pending_input_[static_cast<std::size_t>(c.input)] = r.value.scalar();
     pending_inputs_ |= 1U << c.input;
   }
   if (c.output >= 0) {
-    pending_value_[static_cast<std::size_t>(c.output)] = r.value;
+    pending_value_[static_cast<std::size_t>(c.output)] = r.value.scalar();
     pending_measured_ |= 1U << c.output;
   }
 }
@@ -150,6 +150,7 @@ void EstimatorSession::publish(std::uint32_t measured, double step_time_us) {
   m.innovation_of.clear();
   m.innovation.clear();
   m.innovation_covariance.clear();
+  m.gated.clear();
   m.interval_low.clear();
   m.interval_high.clear();
   if (!started_) {
@@ -167,6 +168,7 @@ void EstimatorSession::publish(std::uint32_t measured, double step_time_us) {
     if ((measured >> i & 1U) == 0U) continue;
     m.innovation_of.emplace_back(names.outputs[i].name);
     m.innovation.push_back(p.innovation[i]);
+    m.gated.push_back(0);
     for (std::size_t j = 0; j < outputs; ++j)
       if ((measured >> j & 1U) != 0U) m.innovation_covariance.push_back(p.innovation_covariance[i * outputs + j]);
   }

@@ -14,25 +14,23 @@
 
 #include "common/messages.hpp"
 #include "estimators/estimator.hpp"
+#include "estimators/follower.hpp"
 #include "models/scenario.hpp"
 
 namespace slipstream {
 
-class EstimatorSession {
+class EstimatorSession final : public RunFollower {
  public:
   // `name` goes into the estimates. The estimator's tuning says how it starts; whoever joins after the first instants of a run
   // starts from a measurement whatever the tuning says.
   EstimatorSession(std::string name, std::int64_t run_id, const Scenario& scenario, const Tuning& tuning,
                    std::unique_ptr<Estimator> estimator, std::function<void(const Estimate&)> publish);
 
-  void on_reading(const Reading& reading);
-  // Everything up to utime has been received.
-  void on_tick(Utime utime);
-  // A message that never reached on_reading because it could not be decoded.
-  void on_rejected() { ++rejected_; }
-
-  Utime processed_utime() const { return processed_; }
-  const Estimator& estimator() const { return *estimator_; }
+  void on_reading(const Reading& reading) override;
+  void on_tick(Utime utime) override;
+  void on_rejected() override { ++rejected_; }
+  Utime processed_utime() const override { return processed_; }
+  ModelNames names() const override { return estimator_->names(); }
 
  private:
   struct Sender {

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <vector>
 
+#include "common/readings.hpp"
 #include "common/refusal.hpp"
 #include "io/layout.hpp"
 #include "io/translate.hpp"
@@ -17,12 +19,13 @@ namespace slipstream {
 
 namespace {
 
-// Inputs and sensors: a scalar each. A new one is one line here.
-struct ScalarChannel {
+// Inputs and sensors: one number each, or the components of common/readings.hpp. A new one is one line in kReadingChannels.
+struct ReadingChannel {
   const char* channel;
-  const char* quantity;
-  double (*decode)(const void* data, int size, Header& header);
-  std::vector<std::uint8_t> (*encode)(const Header& header, double value);
+  std::string_view quantity;
+  const char* layout;
+  Values (*decode)(const void* data, int size, Header& header);
+  std::vector<std::uint8_t> (*encode)(const Header& header, const Values& value);
 };
 
 template <typename M>
@@ -37,22 +40,30 @@ std::vector<std::uint8_t> encoded(const M& m) {
   m.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
   return bytes;
 }
-template <typename M, double M::*Field>
-constexpr ScalarChannel scalar(const char* channel, const char* quantity) {
-  return {channel, quantity,
+// `Fields` gives the places of a message's numbers, in the order of the components.
+template <typename M, auto Fields>
+constexpr ReadingChannel reading(const char* channel, std::string_view quantity, const char* layout) {
+  return {channel, quantity, layout,
           [](const void* data, int size, Header& header) {
-            const M m = decoded<M>(data, size);
+            M m = decoded<M>(data, size);
             header = wire::header_of(m);
-            return m.*Field;
+            std::array<double, std::tuple_size_v<decltype(Fields(m))>> value;
+            std::ranges::transform(Fields(m), value.begin(), [](const double* from) { return *from; });
+            return Values(std::span<const double>(value));
           },
-          [](const Header& header, double value) {
+          [](const Header& header, const Values& value) {
             M m = wire::with_header<M>(header);
-            m.*Field = value;
+            const auto fields = Fields(m);
+            for (std::size_t i = 0; i < fields.size(); ++i) *fields[i] = value[i];
             return encoded(m);
           }};
 }
+template <typename M, double M::*Field>
+constexpr ReadingChannel scalar(const char* channel, std::string_view quantity) {
+  return reading<M, [](M& m) { return std::array{&(m.*Field)}; }>(channel, quantity, "qqqd");
+}
 
-constexpr std::array kScalarChannels{
+constexpr std::array kReadingChannels{
     scalar<slipstream::drive_torque, &slipstream::drive_torque::drive_torque_nm>("DRIVE_TORQUE", "drive_torque_nm"),
     scalar<slipstream::wheel_speed, &slipstream::wheel_speed::wheel_speed_radps>("SENSOR_WHEEL_SPEED", "wheel_speed_radps"),
     scalar<slipstream::accelerometer, &slipstream::accelerometer::a_x_mps2>("SENSOR_ACCELEROMETER", "a_x_mps2"),
@@ -61,6 +72,20 @@ constexpr std::array kScalarChannels{
     scalar<slipstream::lateral_accelerometer, &slipstream::lateral_accelerometer::a_y_mps2>("SENSOR_LATERAL_ACCELEROMETER",
                                                                                             "a_y_mps2"),
     scalar<slipstream::motor_current, &slipstream::motor_current::motor_current_a>("SENSOR_MOTOR_CURRENT", "motor_current_a"),
+    scalar<slipstream::forward_speed, &slipstream::forward_speed::forward_speed_mps>("SENSOR_FORWARD_SPEED",
+                                                                                     "forward_speed_mps"),
+    reading<slipstream::imu,
+            [](slipstream::imu& m) {
+              return std::array{&m.f_mps2[0], &m.f_mps2[1], &m.f_mps2[2], &m.w_radps[0], &m.w_radps[1], &m.w_radps[2]};
+            }>("SENSOR_IMU", kImu, "qqqdddddd"),
+    reading<slipstream::gnss,
+            [](slipstream::gnss& m) {
+              return std::array{&m.latitude_deg, &m.longitude_deg, &m.height_m};
+            }>("SENSOR_GNSS", kGnss, "qqqddd"),
+    reading<slipstream::lidar,
+            [](slipstream::lidar& m) {
+              return std::array{&m.position_m[0], &m.position_m[1], &m.position_m[2]};
+            }>("SENSOR_LIDAR", kLidar, "qqqddd"),
 };
 
 constexpr const char* kEstimatePrefix = "ESTIMATE_";
@@ -107,15 +132,15 @@ struct Bus::Impl {
     if (channel == "PROGRESS") return checked_as<slipstream::progress>(data, size, "qqqs", handlers.progress);
     if (channel == "CONTROL") return checked_as<slipstream::control>(data, size, "qqqb", handlers.control);
     if (channel.rfind(kEstimatePrefix, 0) == 0)
-      return checked_as<slipstream::estimate>(data, size, "qqqsbnDMnDDnSDMdqq", handlers.estimate);
+      return checked_as<slipstream::estimate>(data, size, "qqqsbnDMnDDnSDMBdqq", handlers.estimate);
     if (!handlers.reading) return {};
-    for (const ScalarChannel& s : kScalarChannels) {
-      if (channel != s.channel) continue;
-      wire::require(fits_layout(data, size, "qqqd"), "its length does not fit its contents");
+    for (const ReadingChannel& c : kReadingChannels) {
+      if (channel != c.channel) continue;
+      wire::require(fits_layout(data, size, c.layout), "its length does not fit its contents");
       Reading reading;
-      reading.quantity = s.quantity;
-      reading.value = s.decode(data, static_cast<int>(size), reading.header);
-      wire::require(std::isfinite(reading.value), "its value is not finite");
+      reading.quantity = c.quantity;
+      reading.value = c.decode(data, static_cast<int>(size), reading.header);
+      if (const char* problem = problem_of(reading.quantity, reading.value)) wire::require(false, problem);
       return [this, reading] { handlers.reading(reading); };
     }
     return {};
@@ -152,7 +177,7 @@ void Bus::subscribe(Handlers handlers) {
     if (h.control) channels.emplace_back("CONTROL");
     if (h.estimate) channels.emplace_back(std::string(kEstimatePrefix) + ".*");
     if (h.reading)
-      for (const ScalarChannel& c : kScalarChannels) channels.emplace_back(c.channel);
+      for (const ReadingChannel& c : kReadingChannels) channels.emplace_back(c.channel);
   }
   s.transport->subscribe(channels, [&s](const std::string& channel, std::int64_t wall_utime, const void* data,
                                         std::size_t size) { s.on_message(channel, wall_utime, data, size); });
@@ -170,7 +195,7 @@ void Bus::publish(const Announcement& m) { impl_->send("ANNOUNCE", m); }
 void Bus::publish(const Progress& m) { impl_->send("PROGRESS", m); }
 void Bus::publish(const Control& m) { impl_->send("CONTROL", m); }
 void Bus::publish(const Reading& m) {
-  for (const ScalarChannel& s : kScalarChannels) {
+  for (const ReadingChannel& s : kReadingChannels) {
     if (m.quantity != s.quantity) continue;
     const std::vector<std::uint8_t> bytes = s.encode(m.header, m.value);
     impl_->transport->publish(s.channel, bytes.data(), bytes.size());

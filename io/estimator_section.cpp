@@ -12,16 +12,19 @@ namespace {
 struct ParameterValues {
   std::map<std::string, double> numbers;
   std::map<std::string, std::vector<double>> lists;
+  std::map<std::string, Vector3> triples;
   std::map<std::string, std::string> choices;
   std::map<std::string, bool> flags;
 };
 
 struct CollectParameters {
   ParameterValues& values;
-  void number(const std::string& key, const double& field, const Range&) { values.numbers[key] = field; }
-  void list(const std::string& key, const std::vector<double>& field, const Range&) { values.lists[key] = field; }
-  void choice(const std::string& key, const std::string& field, const Choices&) { values.choices[key] = field; }
-  void flag(const std::string& key, const bool& field) { values.flags[key] = field; }
+  std::string prefix{};  // of the keys, as the model calls them
+  void number(const std::string& key, const double& field, const Range&) { values.numbers[prefix + key] = field; }
+  void list(const std::string& key, const std::vector<double>& field, const Range&) { values.lists[prefix + key] = field; }
+  void triple(const std::string& key, const Vector3& field, const Range&) { values.triples[prefix + key] = field; }
+  void choice(const std::string& key, const std::string& field, const Choices&) { values.choices[prefix + key] = field; }
+  void flag(const std::string& key, const bool& field) { values.flags[prefix + key] = field; }
 };
 
 struct ApplyParameters {
@@ -32,13 +35,35 @@ struct ApplyParameters {
   }
   void number(const std::string& key, double& field, const Range&) { apply(values.numbers, key, field); }
   void list(const std::string& key, std::vector<double>& field, const Range&) { apply(values.lists, key, field); }
+  void triple(const std::string& key, Vector3& field, const Range&) { apply(values.triples, key, field); }
   void choice(const std::string& key, std::string& field, const Choices&) { apply(values.choices, key, field); }
   void flag(const std::string& key, bool& field) { apply(values.flags, key, field); }
 };
 
-void read_model(TomlTable& t, AnyProcess& process, const Scenario& scenario) {
+// Where the sensors sit and which way they look, the estimator takes from their own tables, unless this one says otherwise.
+void read_strapdown(TomlTable& t, Strapdown& model, const Scenario& scenario) {
+  ParameterValues values;
+  const auto collect = [&](const auto& part, const std::string& prefix) {
+    CollectParameters c{values, prefix};
+    part.visit_parameters(part, c);
+  };
+  collect(scenario.world, "");
+  if (scenario.imu) collect(*scenario.imu, "imu_");
+  if (scenario.gnss) collect(*scenario.gnss, "gnss_");
+  if (scenario.lidar) collect(*scenario.lidar, "lidar_");
+  ApplyParameters apply{values};
+  model.visit_parameters(model, apply);
+  model.visit_parameters(model, t);
+  if (!scenario.imu) t.refuse("type", "the model 'strapdown' needs an IMU: there is no [sensor.imu]");
+}
+
+void read_model(TomlTable& t, EstimatorConfig& estimator, const Scenario& scenario) {
   std::string type;
-  t.type(type, registered_names<AnyProcess>());
+  std::vector<std::string> types = registered_names<AnyProcess>();
+  types.emplace_back(Strapdown::kName);
+  t.type(type, types);
+  if (type == Strapdown::kName) return read_strapdown(t, estimator.strapdown.emplace(), scenario);
+  AnyProcess& process = estimator.process;
   process = make_registered<AnyProcess>(type);
   ParameterValues values;
   CollectParameters collect{values};
@@ -104,6 +129,12 @@ void read_tuning(TomlTable& t, Tuning& tuning, const ModelNames& names, const An
   t.table("model", [&](TomlTable& m) { std::visit([&](auto& p) { p.visit_parameters(p, m); }, *tuning.process); });
 }
 
+void read_strapdown_tuning(TomlTable& t, StrapdownTuning& tuning) {
+  tuning.visit_parameters(tuning, t);
+  if (tuning.start == "given" && !t.has("initial_position_m"))
+    t.refuse("start", "\"given\" needs initial_position_m, initial_velocity_mps, initial_rpy_rad");
+}
+
 }  // namespace
 
 void read_estimator(TomlTable& root, Scenario& scenario, const TextForm& name_form) {
@@ -117,7 +148,8 @@ void read_estimator(TomlTable& root, Scenario& scenario, const TextForm& name_fo
   root.table("estimator", [&](TomlTable& t) {
     t.only({"tuning", "model", "bounds"});
     t.choice("tuning", estimator.tuning, tunings);
-    t.table("model", [&](TomlTable& m) { read_model(m, estimator.process, scenario); });
+    t.table("model", [&](TomlTable& m) { read_model(m, estimator, scenario); });
+    if (estimator.strapdown) return;  // it has no bounds
     names = model_names(scenario);
     t.table("bounds", [&](TomlTable& b) {
       b.numbers("lower", estimator.lower_bound, names.states, {}, any_number());
@@ -130,7 +162,10 @@ void read_estimator(TomlTable& root, Scenario& scenario, const TextForm& name_fo
   });
   root.table("tuning", [&](TomlTable& t) {
     for (const std::string& name : tunings)
-      t.table(name, [&](TomlTable& one) { read_tuning(one, estimator.tunings[name], names, estimator.process); });
+      t.table(name, [&](TomlTable& one) {
+        if (estimator.strapdown) return read_strapdown_tuning(one, estimator.tunings[name].strapdown);
+        read_tuning(one, estimator.tunings[name], names, estimator.process);
+      });
   });
 }
 

@@ -52,6 +52,9 @@ bool fits_layout(const void* data, std::size_t size, std::string_view layout) {
       case 'b':
         fits = cursor.skip(1);
         break;
+      case 'B':
+        fits = cursor.skip(n);
+        break;
       case 's':
         fits = cursor.skip_string();
         break;

@@ -72,7 +72,7 @@ RecordedStreams load_recorded(const RecordedConfig& recorded, const std::string&
     }
     return result;
   };
-  RecordedStreams result{streams(recorded.inputs), streams(recorded.sensors), streams(recorded.truth), std::nullopt};
+  RecordedStreams result{streams(recorded.inputs), streams(recorded.sensors), {}, streams(recorded.truth), std::nullopt};
   if (const auto& path = recorded.path_speed) {
     const CsvTable& table = files[path->file];
     result.path = RecordedPath{table[recorded.time_column],

@@ -10,6 +10,7 @@
 
 #include "models/registry.hpp"
 #include "models/sensors/all.hpp"
+#include "models/strapdown.hpp"
 
 namespace slipstream {
 
@@ -65,6 +66,7 @@ inline std::vector<Quantity> known_quantities() {
     using P = std::remove_cvref_t<decltype(p)>;
     add(P::kStateNames), add(P::kInputNames), add(P::kOutputNames);
   });
+  add(Strapdown::kStateNames);
   for (const SensorType& type : kSensorTypes) add(std::vector<Quantity>{type.quantity});
   return known;
 }

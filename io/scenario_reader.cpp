@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "common/readings.hpp"
 #include "common/refusal.hpp"
 #include "io/bus.hpp"
 #include "io/estimator_section.hpp"
@@ -80,7 +81,9 @@ void read_sensor_errors(TomlTable& t, const SensorType& type, SensorErrors& erro
 }
 
 void read_sensors(TomlTable& t, std::vector<SensorConfig>& sensors, bool recorded) {
-  t.only(sensor_names());
+  std::vector<std::string> names = sensor_names();
+  for (const std::string_view group : {kImu, kGnss, kLidar}) names.emplace_back(group);
+  t.only(names);
   for (const SensorType& type : kSensorTypes) {
     const std::string name(type.name);
     if (!t.has(name)) continue;
@@ -96,6 +99,69 @@ void read_sensors(TomlTable& t, std::vector<SensorConfig>& sensors, bool recorde
     });
     sensors.push_back(sensor);
   }
+}
+
+// The sensors whose readings have several numbers.
+template <typename Sensor>
+void read_group_sensor(TomlTable& t, std::string_view name, std::optional<Sensor>& sensor) {
+  if (!t.has(std::string(name))) return;
+  sensor.emplace();
+  t.table(std::string(name), [&](TomlTable& s) {
+    s.require("rate_hz");
+    sensor->visit_parameters(*sensor, s);
+    if constexpr (std::is_base_of_v<FixSensor, Sensor>) {
+      const std::vector<double>& out = sensor->outages_s;
+      if (out.size() % 2 != 0) s.refuse("outages_s", "expected pairs of times: from, to, from, to, ...");
+      if (!std::is_sorted(out.begin(), out.end())) s.refuse("outages_s", "expected times that do not decrease");
+    }
+  });
+}
+
+void read_groups(TomlTable& t, RecordedConfig& recorded, const Scenario& s) {
+  t.tables("group", [&](TomlTable& c) {
+    RecordedGroup group;
+    std::vector<std::string> offered;
+    if (s.imu) offered.emplace_back(kImu);
+    if (s.gnss) offered.emplace_back(kGnss);
+    if (s.lidar) offered.emplace_back(kLidar);
+    c.only({"quantity", "file", "columns", "scale", "frame", "lag_s"});
+    for (const char* required : {"quantity", "file", "columns"}) c.require(required);
+    if (offered.empty()) c.refuse("quantity", "there is no [sensor.imu], [sensor.gnss] or [sensor.lidar]");
+    group.quantity = offered.front();
+    c.choice("quantity", group.quantity, offered);
+    if (c.has("file")) c.text("file", group.file, kDataFile);
+    if (c.has("columns")) c.texts("columns", group.columns, kColumn);
+    c.list("scale", group.scale, any_number());
+    c.choice("frame", group.frame, {"geodetic", "enu"});
+    c.number("lag_s", group.lag_s, between(0.0, kLongestDelay_s));
+    const std::size_t components = components_of(group.quantity).size();
+    if (c.has("columns") && group.columns.size() != components)
+      c.refuse("columns", "found " + std::to_string(group.columns.size()) + ", expected " + std::to_string(components) +
+                              " for '" + group.quantity + "'");
+    if (!group.scale.empty() && group.scale.size() != components)
+      c.refuse("scale", "found " + std::to_string(group.scale.size()) + ", expected " + std::to_string(components) + " or none");
+    if (group.frame != "geodetic" && group.quantity != kGnss) c.refuse("frame", "only of 'gnss'");
+    for (const RecordedGroup& other : recorded.groups)
+      if (other.quantity == group.quantity) c.refuse("quantity", "'" + group.quantity + "' is recorded twice");
+    recorded.groups.push_back(group);
+  });
+  const auto wanted = [&](bool has, std::string_view quantity) {
+    if (has && std::none_of(recorded.groups.begin(), recorded.groups.end(),
+                            [&](const RecordedGroup& g) { return g.quantity == quantity; }))
+      t.refuse("group", "no columns for [sensor." + std::string(quantity) + "]");
+  };
+  wanted(s.imu.has_value(), kImu);
+  wanted(s.gnss.has_value(), kGnss);
+  wanted(s.lidar.has_value(), kLidar);
+}
+
+void read_attitude(TomlTable& t, RecordedAttitude& attitude) {
+  t.only({"file", "columns", "axes"});
+  t.require("file");
+  if (t.has("file")) t.text("file", attitude.file, kDataFile);
+  t.texts("columns", attitude.columns, kColumn);
+  if (attitude.columns.size() != 4) t.refuse("columns", "expected 4: the quaternion's w, x, y, z");
+  t.choice("axes", attitude.axes, {"flu", "frd"});
 }
 
 // `admissible`: the quantities that may be recorded here, each at most once.
@@ -132,8 +198,9 @@ void read_path_speed(TomlTable& t, RecordedPathSpeed& path) {
   t.number("max_residual_m", path.max_residual_m, Range{0.0, 1e3, true});
 }
 
-void read_recorded(TomlTable& t, RecordedConfig& recorded, const std::vector<SensorConfig>& sensors) {
-  t.only({"time_column", "sensor", "input", "truth", "path_speed"});
+void read_recorded(TomlTable& t, RecordedConfig& recorded, const Scenario& scenario) {
+  const std::vector<SensorConfig>& sensors = scenario.sensors;
+  t.only({"time_column", "sensor", "group", "input", "truth", "attitude", "path_speed"});
   t.text("time_column", recorded.time_column, kColumn);
   std::vector<std::string> measured, inputs, known;
   for (const SensorConfig& sensor : sensors) measured.push_back(sensor.quantity);
@@ -144,6 +211,8 @@ void read_recorded(TomlTable& t, RecordedConfig& recorded, const std::vector<Sen
   read_columns(t, "sensor", recorded.sensors, measured);
   read_columns(t, "input", recorded.inputs, inputs);
   read_columns(t, "truth", recorded.truth, known);
+  read_groups(t, recorded, scenario);
+  if (t.has("attitude")) t.table("attitude", [&](TomlTable& a) { read_attitude(a, recorded.attitude.emplace()); });
   if (t.has("path_speed")) {
     recorded.path_speed.emplace();
     t.table("path_speed", [&](TomlTable& p) { read_path_speed(p, *recorded.path_speed); });
@@ -162,7 +231,7 @@ void read_recorded(TomlTable& t, RecordedConfig& recorded, const std::vector<Sen
 
 // What one section asks of another.
 void check_together(const TomlTable& root, const Scenario& s) {
-  if (s.sensors.empty()) root.refuse("sensor", "no sensor" + suggestion("", sensor_names()));
+  if (s.sensors.empty() && !s.imu && !s.gnss && !s.lidar) root.refuse("sensor", "no sensor" + suggestion("", sensor_names()));
   std::vector<std::string> offered;  // to the model as inputs: a sensor's reading may be one
   for (const SensorConfig& sensor : s.sensors) offered.push_back(sensor.quantity);
   if (s.recorded) {
@@ -179,6 +248,7 @@ void check_together(const TomlTable& root, const Scenario& s) {
         },
         s.plant.vehicle);
   }
+  if (s.estimator.strapdown) return;
   std::visit(
       [&](const auto& process) {
         for (const Quantity& q : process.kInputNames)
@@ -193,7 +263,7 @@ LoadedScenario resolve(const TomlDocument& document, const std::string& source) 
   LoadedScenario loaded;
   Scenario& s = loaded.scenario;
   loaded.resolved_toml = document.read([&](TomlTable& root) {
-    root.only({"name", "description", "run", "plant", "vehicle", "recorded", "sensor", "estimator", "tuning"});
+    root.only({"name", "description", "run", "world", "plant", "vehicle", "recorded", "sensor", "estimator", "tuning"});
     const bool simulated = root.has("vehicle"), recorded = root.has("recorded");
     if (simulated == recorded)
       throw Refusal(source + ": expected either [vehicle] or [recorded], found " + (simulated ? "both" : "neither"));
@@ -207,8 +277,14 @@ LoadedScenario resolve(const TomlDocument& document, const std::string& source) 
       root.table("plant", [&](TomlTable& t) { read_plant(t, s.plant); });
       root.table("vehicle", [&](TomlTable& t) { read_vehicle(t, s.plant.vehicle, source); });
     }
-    root.table("sensor", [&](TomlTable& t) { read_sensors(t, s.sensors, recorded); });
-    if (recorded) root.table("recorded", [&](TomlTable& t) { read_recorded(t, s.recorded.emplace(), s.sensors); });
+    if (root.has("world")) root.table("world", [&](TomlTable& t) { s.world.visit_parameters(s.world, t); });
+    root.table("sensor", [&](TomlTable& t) {
+      read_sensors(t, s.sensors, recorded);
+      read_group_sensor(t, kImu, s.imu);
+      read_group_sensor(t, kGnss, s.gnss);
+      read_group_sensor(t, kLidar, s.lidar);
+    });
+    if (recorded) root.table("recorded", [&](TomlTable& t) { read_recorded(t, s.recorded.emplace(), s); });
     read_estimator(root, s, kName);
     check_together(root, s);
   });

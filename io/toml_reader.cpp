@@ -146,11 +146,21 @@ void TomlTable::number(const std::string& key, double& field, const Range& range
 void TomlTable::list(const std::string& key, std::vector<double>& field, const Range& each) {
   if (const toml::node* const node = impl_->find(key)) {
     const toml::array* const items = node->as_array();
-    if (!items || items->empty()) impl_->refuse(*node, key, items ? "a list of at least one number" : "a list of numbers");
+    const bool may_be_empty = field.empty();  // as the default is
+    if (!items || (items->empty() && !may_be_empty)) impl_->refuse(*node, key, items ? "a list of at least one number" : "a list of numbers");
     if (items->size() > kMostNumbers)
       impl_->refuse(*node, key, "a list of at most " + std::to_string(kMostNumbers) + " numbers");
     field.clear();
     for (const toml::node& item : *items) field.push_back(impl_->number_of(item, key, each));
+  }
+  impl_->print(key, bracketed(joined(field, toml_number)));
+}
+
+void TomlTable::triple(const std::string& key, Vector<double, 3>& field, const Range& each) {
+  if (const toml::node* const node = impl_->find(key)) {
+    const toml::array* const items = node->as_array();
+    if (!items || items->size() != 3) impl_->refuse(*node, key, "a list of three numbers");
+    for (int i = 0; i < 3; ++i) field[i] = impl_->number_of((*items)[static_cast<std::size_t>(i)], key, each);
   }
   impl_->print(key, bracketed(joined(field, toml_number)));
 }

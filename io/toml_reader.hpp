@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/parameters.hpp"
+#include "common/types.hpp"
 
 namespace slipstream {
 
@@ -33,6 +34,7 @@ class TomlTable {
 
   void number(const std::string& key, double& field, const Range& range);
   void list(const std::string& key, std::vector<double>& field, const Range& each);
+  void triple(const std::string& key, Vector<double, 3>& field, const Range& each);  // a list of three numbers
   void choice(const std::string& key, std::string& field, const Choices& options);
   void flag(const std::string& key, bool& field);
 

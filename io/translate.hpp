@@ -7,7 +7,11 @@
 #include <slipstream/control.hpp>
 #include <slipstream/drive_torque.hpp>
 #include <slipstream/estimate.hpp>
+#include <slipstream/forward_speed.hpp>
+#include <slipstream/gnss.hpp>
+#include <slipstream/imu.hpp>
 #include <slipstream/lateral_accelerometer.hpp>
+#include <slipstream/lidar.hpp>
 #include <slipstream/motor_current.hpp>
 #include <slipstream/progress.hpp>
 #include <slipstream/run_descriptor.hpp>
@@ -118,6 +122,7 @@ inline slipstream::estimate to_wire(const Estimate& e) {
   m.innovation_of = e.innovation_of;
   m.innovation = e.innovation;
   m.innovation_covariance = rows_of(e.innovation_covariance, e.innovation.size());
+  m.gated = e.gated;
   m.step_time_us = e.step_time_us;
   m.messages_lost = e.messages_lost;
   m.messages_rejected = e.messages_rejected;
@@ -141,6 +146,7 @@ inline Estimate from_wire(const slipstream::estimate& m) {
           m.innovation_of,
           m.innovation,
           flat(m.innovation_covariance),
+          m.gated,
           m.step_time_us,
           m.messages_lost,
           m.messages_rejected};

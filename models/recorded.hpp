@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "common/messages.hpp"
+
 namespace slipstream {
 
 struct RecordedStream {
@@ -13,6 +15,14 @@ struct RecordedStream {
   std::string unit;      // for axes
   std::vector<double> time_s;
   std::vector<double> value;  // in the quantity's unit
+};
+
+// Readings of several numbers (common/readings.hpp), as they go on the bus.
+struct RecordedGroupStream {
+  std::string quantity;
+  std::vector<double> time_s;  // when they were sent
+  std::vector<Values> value;
+  double lag_s = 0.0;  // they were measured so much before
 };
 
 // A planar pose in W, from which the speed is derived.
@@ -26,6 +36,7 @@ struct RecordedPath {
 struct RecordedStreams {
   std::vector<RecordedStream> inputs;
   std::vector<RecordedStream> sensors;
+  std::vector<RecordedGroupStream> groups;
   std::vector<RecordedStream> truth;
   std::optional<RecordedPath> path;  // truth "speed_mps"
 };

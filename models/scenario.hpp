@@ -9,7 +9,11 @@
 
 #include "models/registry.hpp"
 #include "models/sensors/errors.hpp"
+#include "models/sensors/fixes.hpp"
+#include "models/sensors/imu.hpp"
 #include "models/sensors/noise.hpp"
+#include "models/strapdown.hpp"
+#include "models/world.hpp"
 
 namespace slipstream {
 
@@ -59,8 +63,27 @@ struct RecordedPathSpeed {
   double max_residual_m = 0.05;  // where the fit misses the positions by more (rms), the pose jumped: no speed there
 };
 
+// Columns of a recorded drive that make one reading of several numbers: common/readings.hpp.
+struct RecordedGroup {
+  std::string quantity;  // "imu", "gnss" or "lidar"
+  std::string file;
+  std::vector<std::string> columns;  // as many as the quantity has components; of a fix in metres of W too (frame)
+  std::vector<double> scale;         // of each column; empty: 1
+  std::string frame = "geodetic";    // of "gnss": the columns are "geodetic", or "enu": metres in W
+  double lag_s = 0.0;                // the row is about this much before its time: the reading carries t - lag and is sent at t
+};
+
+// The attitude of a recorded drive's truth as a quaternion, turned into roll, pitch and yaw.
+struct RecordedAttitude {
+  std::string file;
+  std::vector<std::string> columns{"qw", "qx", "qy", "qz"};
+  std::string axes = "flu";  // the body's: forward-left-up, or "frd": forward-right-down
+};
+
 struct RecordedConfig {
   std::string time_column = "t_s";
+  std::vector<RecordedGroup> groups;
+  std::optional<RecordedAttitude> attitude;  // truth roll_rad, pitch_rad, yaw_rad
   std::vector<RecordedColumn> sensors;  // quantity: of one of the scenario's sensors
   std::vector<RecordedColumn> inputs;   // quantity: "drive_torque_nm"
   std::vector<RecordedColumn> truth;
@@ -84,6 +107,8 @@ struct Tuning {
   std::map<std::string, double> arrival_weight;      // S, single shooting
   std::map<std::string, double> measurement_weight;  // V, single shooting
 
+  StrapdownTuning strapdown;  // of a strapdown model, which reads nothing else of this struct
+
   // Particle filter
   int pf_particles = 1000;         // N
   bool pf_recover = true;          // draw a set that has lost the state anew
@@ -92,6 +117,7 @@ struct Tuning {
 
 struct EstimatorConfig {
   AnyProcess process;
+  std::optional<Strapdown> strapdown;  // instead of `process`: an IMU drives the prediction
   std::string tuning = "matched";
   std::map<std::string, Tuning> tunings;
   std::map<std::string, double> lower_bound;  // of states; moving horizon only
@@ -102,7 +128,11 @@ struct Scenario {
   std::string name;
   std::string description;
   RunConfig run;
-  std::vector<SensorConfig> sensors;
+  World world;
+  std::vector<SensorConfig> sensors;  // of one number each
+  std::optional<Imu> imu;
+  std::optional<Gnss> gnss;
+  std::optional<Lidar> lidar;
   PlantConfig plant;                       // simulated
   std::optional<RecordedConfig> recorded;  // instead of the simulated one
   EstimatorConfig estimator;

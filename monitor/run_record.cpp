@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/readings.hpp"
 #include "monitor/scores.hpp"
 #include "monitor/text.hpp"
 
@@ -62,7 +63,7 @@ bool fits(const Estimate& m) {
   const std::size_t n = m.mean.size(), measured = m.innovation.size();
   return n > 0 && n <= kMaxStates && m.covariance.size() == n * n && (m.interval_low.empty() || m.interval_low.size() == n) &&
          m.interval_high.size() == m.interval_low.size() && measured <= kMaxStates && m.innovation_of.size() == measured &&
-         m.innovation_covariance.size() == measured * measured && all_safe(m.innovation_of);
+         m.innovation_covariance.size() == measured * measured && m.gated.size() == measured && all_safe(m.innovation_of);
 }
 
 }  // namespace
@@ -105,14 +106,24 @@ void RunRecord::add(const Truth& m) {
 }
 
 void RunRecord::add(const Reading& m) {
-  ReadingRecord* record = entry(readings_, m.quantity);
-  if (!record || !std::isfinite(m.value) || record->utime.size() >= kMaxRows) {
+  const std::span<const Component> components = components_of(m.quantity);
+  if (components.empty() ? m.value.size() != 1 : m.value.size() != components.size()) {
     ++rejected_;
     return;
   }
-  if (!record->sequence.accept(m.header.seq) || !is_newer(record->utime, m.header.utime, record->sequence)) return;
-  record->utime.push_back(m.header.utime);
-  record->value.push_back(m.value);
+  if (components.empty()) return add(m.quantity, m.header, m.value.scalar());
+  for (std::size_t i = 0; i < components.size(); ++i) add(std::string(components[i].name), m.header, m.value[i]);
+}
+
+void RunRecord::add(const std::string& quantity, const Header& header, double value) {
+  ReadingRecord* record = entry(readings_, quantity);
+  if (!record || !std::isfinite(value) || record->utime.size() >= kMaxRows) {
+    ++rejected_;
+    return;
+  }
+  if (!record->sequence.accept(header.seq) || !is_newer(record->utime, header.utime, record->sequence)) return;
+  record->utime.push_back(header.utime);
+  record->value.push_back(value);
 }
 
 void RunRecord::add(const Announcement& m) {

@@ -123,6 +123,8 @@ class RunRecord {
   bool awaits_estimates() const;
 
  private:
+  void add(const std::string& quantity, const Header& header, double value);
+
   RunInfo info_;
   TruthRecord truth_;
   std::map<std::string, ReadingRecord> readings_;

@@ -104,7 +104,7 @@ void Conductor::publish(const DriveEpoch& epoch) {
   now_ = epoch.utime;
   for (const NamedValue& r : epoch.readings) {
     const auto channel = static_cast<std::size_t>(r.channel);
-    reading_.header.utime = now_;
+    reading_.header.utime = r.utime;
     reading_.header.seq = channel_seq_[channel]++;
     reading_.quantity = drive_.quantities()[channel];
     reading_.value = r.value;

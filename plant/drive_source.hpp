@@ -4,13 +4,14 @@
 #include <string>
 #include <vector>
 
-#include "common/types.hpp"
+#include "common/messages.hpp"
 
 namespace slipstream {
 
 struct NamedValue {
   int channel = 0;  // index into DriveSource::quantities()
-  double value = 0.0;
+  Values value = 0.0;
+  Utime utime = 0;  // of the measurement: the epoch's, or before it where a reading comes late
 };
 
 struct DriveEpoch {

@@ -66,7 +66,7 @@ bool RecordedDrive::next(DriveEpoch& epoch) {
   for (; next_ < events_.size() && events_[next_].utime == epoch.utime; ++next_) {
     const Event& event = events_[next_];
     if (event.channel < first_truth) {
-      epoch.readings.push_back({event.channel, event.value});
+      epoch.readings.push_back({event.channel, event.value, event.utime});
     } else {
       epoch.truth.resize(truth_names_.size(), std::numeric_limits<double>::quiet_NaN());
       epoch.truth[static_cast<std::size_t>(event.channel - first_truth)] = event.value;

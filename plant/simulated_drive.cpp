@@ -95,7 +95,7 @@ class SimulatedDrive final : public DriveSource {
     if (input_.next() == now) {
       input_.pass();
       const auto inputs = simulation_.vehicle().inputs(simulation_.state(), simulation_.mode());
-      for (std::size_t i = 0; i < inputs.size(); ++i) epoch.readings.push_back({static_cast<int>(i), inputs[i]});
+      for (std::size_t i = 0; i < inputs.size(); ++i) epoch.readings.push_back({static_cast<int>(i), inputs[i], now});
     }
     for (std::size_t i = 0; i < sensors_.size(); ++i) {
       Sensor& s = sensors_[i];
@@ -104,7 +104,7 @@ class SimulatedDrive final : public DriveSource {
         s.take(now, truth[s.truth_index]);
       }
       if (s.next_published() != now) continue;
-      epoch.readings.push_back({static_cast<int>(V::kInputs.size() + i), s.on_the_way.front().value});
+      epoch.readings.push_back({static_cast<int>(V::kInputs.size() + i), s.on_the_way.front().value, now});
       s.on_the_way.pop_front();
     }
     if (truth_.next() == now) {

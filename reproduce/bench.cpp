@@ -54,7 +54,7 @@ class Listener {
                  std::make_unique<Overheard>(make_estimator(follower.algorithm, scenario, follower.tuning), input_),
                  [this](const Estimate& e) { add(e); }) {
     track_.label = follower.label.empty() ? follower.algorithm : follower.label;
-    const ModelNames names = session_.estimator().names();
+    const ModelNames names = session_.names();
     for (const Quantity& q : names.states) track_.states.emplace_back(q.name);
     for (const Quantity& q : names.outputs) track_.outputs.emplace_back(q.name);
     track_.mean.resize(track_.states.size());
@@ -207,7 +207,7 @@ Played play(const Scenario& scenario, const std::vector<Follower>& followers, co
       const auto channel = static_cast<std::size_t>(r.channel);
       const Reading reading{{epoch.utime, seq[channel]++, 1}, drive->quantities()[channel], r.value};
       series[channel]->t_s.push_back(seconds(epoch.utime));
-      series[channel]->value.push_back(r.value);
+      series[channel]->value.push_back(r.value.scalar());
       for (auto& l : listeners) l->on_reading(reading);
     }
     for (auto& l : listeners) l->on_tick(epoch.utime);

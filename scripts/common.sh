@@ -5,7 +5,7 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
 packages_build=(g++ cmake make liblcm-dev liblcm-bin libeigen3-dev libsundials-dev coinor-libipopt-dev libpagmo-dev
-  libtomlplusplus-dev libcli11-dev libfmt-dev nlohmann-json3-dev libcsv-dev)
+  libtomlplusplus-dev libcli11-dev libfmt-dev nlohmann-json3-dev libcsv-dev libgeographiclib-dev)
 # Any gnuplot will do; its packages exclude each other.
 packages_run=()
 command -v gnuplot >/dev/null || packages_run+=(gnuplot-nox)

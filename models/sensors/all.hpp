@@ -4,6 +4,7 @@
 #include <array>
 
 #include "models/sensors/accelerometer.hpp"
+#include "models/sensors/forward_speed.hpp"
 #include "models/sensors/lateral_accelerometer.hpp"
 #include "models/sensors/motor_current.hpp"
 #include "models/sensors/wheel_speed.hpp"
@@ -12,6 +13,6 @@
 namespace slipstream {
 
 inline constexpr std::array kSensorTypes{kWheelSpeedSensor, kAccelerometer, kYawRateSensor, kLateralAccelerometer,
-                                         kMotorCurrentSensor};
+                                         kMotorCurrentSensor, kForwardSpeedSensor};
 
 }  // namespace slipstream

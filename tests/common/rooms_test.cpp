@@ -41,6 +41,7 @@ const std::vector<Outsider>& outsiders() {
        "plant/cvode_integrator.cpp"},
       {"(coin/|coin-or/)?Ip[A-Z].*\\.hpp", "estimators/ipopt_solver.cpp"},
       {"pagmo/.*", "estimators/identification/particle_swarm.cpp"},
+      {"GeographicLib/.*", "common/geodesy.cpp"},
       {"lcm/.*", "io/"},
       {"slipstream/.*", "io/"},  // generated from lcmtypes
       {"toml\\+\\+/.*|toml\\.hpp", "io/toml_reader.cpp"},

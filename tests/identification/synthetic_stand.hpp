@@ -24,8 +24,8 @@ inline StandRecord record_of(Scenario scenario, std::uint64_t seed) {
     record.utime.push_back(epoch.utime);
     for (const NamedValue& r : epoch.readings) {
       const std::string& name = drive->quantities()[static_cast<std::size_t>(r.channel)];
-      if (name == "wheel_speed_radps") record.wheel_speed_radps.push_back(r.value);
-      if (name == "motor_current_a") record.current_a.push_back(r.value + kResidualCurrent_a);
+      if (name == "wheel_speed_radps") record.wheel_speed_radps.push_back(r.value.scalar());
+      if (name == "motor_current_a") record.current_a.push_back(r.value.scalar() + kResidualCurrent_a);
     }
   }
   return record;

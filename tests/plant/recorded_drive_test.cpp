@@ -29,7 +29,7 @@ std::vector<Played> play(RecordedDrive& drive) {
   DriveEpoch epoch;
   while (drive.next(epoch)) {
     all.push_back({epoch.utime, {}, epoch.truth});
-    for (const NamedValue& r : epoch.readings) all.back().readings.emplace_back(r.channel, r.value);
+    for (const NamedValue& r : epoch.readings) all.back().readings.emplace_back(r.channel, r.value.scalar());
   }
   return all;
 }

@@ -43,7 +43,7 @@ Played play(const Scenario& scenario) {
   DriveEpoch epoch;
   while (drive->next(epoch)) {
     p.epochs.push_back(epoch);
-    for (const NamedValue& r : epoch.readings) p.channel[r.channel].push_back({epoch.utime, r.value});
+    for (const NamedValue& r : epoch.readings) p.channel[r.channel].push_back({epoch.utime, r.value.scalar()});
     if (!epoch.truth.empty()) p.truth[epoch.utime] = epoch.truth;
   }
   EXPECT_FALSE(drive->next(epoch)) << "the end stays the end";

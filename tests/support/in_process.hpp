@@ -99,7 +99,7 @@ inline Played play(const Scenario& scenario, const std::string& algorithm, const
     session.on_tick(epoch.utime);
     if (played.estimates.size() == played.utime.size()) continue;
     auto& row = played.readings.emplace_back(played.reading_names.size(), std::numeric_limits<double>::quiet_NaN());
-    for (const NamedValue& r : epoch.readings) row[static_cast<std::size_t>(r.channel)] = r.value;
+    for (const NamedValue& r : epoch.readings) row[static_cast<std::size_t>(r.channel)] = r.value.scalar();
     played.utime.push_back(epoch.utime);
     played.truth.push_back(epoch.truth);
   }

@@ -1,0 +1,10 @@
+#include "common/refusal.hpp"
+#include "estimators/navigation.hpp"
+
+namespace slipstream {
+
+std::unique_ptr<NavigationFilter> make_navigation_ukf(const Strapdown&, const StrapdownTuning&) {
+  throw Refusal("not there yet");
+}
+
+}  // namespace slipstream
