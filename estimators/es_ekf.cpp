@@ -3,8 +3,6 @@
 
 namespace slipstream {
 
-std::unique_ptr<NavigationFilter> make_es_ekf(const Strapdown&, const StrapdownTuning&) {
-  throw Refusal("not there yet");
-}
+std::unique_ptr<NavigationFilter> make_es_ekf(const Strapdown&, const StrapdownTuning&) { throw Refusal("not there yet"); }
 
 }  // namespace slipstream

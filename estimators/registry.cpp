@@ -35,18 +35,18 @@ constexpr Entry kAlgorithms[] = {
 };
 
 // Of a strapdown model.
-struct NavigationEntry {
+struct NavigationAlgorithm {
   const char* name;
   std::unique_ptr<NavigationFilter> (*make)(const Strapdown&, const StrapdownTuning&);
 };
 
-constexpr NavigationEntry kNavigation[] = {
+constexpr NavigationAlgorithm kNavigation[] = {
     {"es_ekf", make_es_ekf},
     {"ukf", make_navigation_ukf},
 };
 
-const NavigationEntry* find_navigation(const std::string& algorithm) {
-  for (const NavigationEntry& e : kNavigation)
+const NavigationAlgorithm* find_navigation(const std::string& algorithm) {
+  for (const NavigationAlgorithm& e : kNavigation)
     if (algorithm == e.name) return &e;
   return nullptr;
 }
@@ -69,8 +69,9 @@ std::string names_of(const Entries& entries) {
 
 std::string misfit(const std::string& algorithm, const Scenario& scenario) {
   const bool strapdown = scenario.estimator.strapdown.has_value();
-  return fmt::format("algorithm '{}' does not work on the model of scenario '{}'{}; expected one of: {}", algorithm, scenario.name,
-                     strapdown ? " ('strapdown')" : "", strapdown ? names_of(kNavigation) : names_of(kAlgorithms));
+  return fmt::format("algorithm '{}' does not work on the model of scenario '{}'{}; expected one of: {}", algorithm,
+                     scenario.name, strapdown ? " ('strapdown')" : "",
+                     strapdown ? names_of(kNavigation) : names_of(kAlgorithms));
 }
 
 const Tuning& tuning_of(const Scenario& scenario, const std::string& tuning) {
@@ -86,7 +87,7 @@ const Tuning& tuning_of(const Scenario& scenario, const std::string& tuning) {
 std::vector<std::string> algorithm_names() {
   std::vector<std::string> names;
   for (const Entry& e : kAlgorithms) names.emplace_back(e.name);
-  for (const NavigationEntry& e : kNavigation) names.emplace_back(e.name);
+  for (const NavigationAlgorithm& e : kNavigation) names.emplace_back(e.name);
   return names;
 }
 
@@ -99,12 +100,12 @@ std::unique_ptr<Estimator> make_estimator(const std::string& algorithm, const Sc
 }
 
 std::unique_ptr<RunFollower> make_follower(const std::string& algorithm, const std::string& name, std::int64_t run_id,
-                                        const Scenario& scenario, const std::string& tuning, FollowHooks hooks) {
+                                           const Scenario& scenario, const std::string& tuning, FollowHooks hooks) {
   const Tuning& known = tuning_of(scenario, tuning);
   if (!scenario.estimator.strapdown)
     return std::make_unique<EstimatorSession>(name, run_id, scenario, known, make_estimator(algorithm, scenario, tuning),
                                               std::move(hooks.publish));
-  const NavigationEntry* const navigation = find_navigation(algorithm);
+  const NavigationAlgorithm* const navigation = find_navigation(algorithm);
   if (!navigation) throw Refusal(is_known(algorithm) ? misfit(algorithm, scenario) : unknown_algorithm(algorithm));
   return std::make_unique<NavigationSession>(name, run_id, scenario, known.strapdown,
                                              navigation->make(*scenario.estimator.strapdown, known.strapdown),

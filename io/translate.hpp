@@ -123,6 +123,7 @@ inline slipstream::estimate to_wire(const Estimate& e) {
   m.innovation = e.innovation;
   m.innovation_covariance = rows_of(e.innovation_covariance, e.innovation.size());
   m.gated = e.gated;
+  m.gated.resize(e.innovation.size(), 0);
   m.step_time_us = e.step_time_us;
   m.messages_lost = e.messages_lost;
   m.messages_rejected = e.messages_rejected;

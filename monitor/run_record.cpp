@@ -63,7 +63,8 @@ bool fits(const Estimate& m) {
   const std::size_t n = m.mean.size(), measured = m.innovation.size();
   return n > 0 && n <= kMaxStates && m.covariance.size() == n * n && (m.interval_low.empty() || m.interval_low.size() == n) &&
          m.interval_high.size() == m.interval_low.size() && measured <= kMaxStates && m.innovation_of.size() == measured &&
-         m.innovation_covariance.size() == measured * measured && m.gated.size() == measured && all_safe(m.innovation_of);
+         m.innovation_covariance.size() == measured * measured && (m.gated.empty() || m.gated.size() == measured) &&
+         all_safe(m.innovation_of);
 }
 
 }  // namespace
