@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "common/readings.hpp"
 #include "models/registry.hpp"
 #include "models/sensors/all.hpp"
 #include "models/strapdown.hpp"
@@ -45,9 +46,11 @@ std::vector<std::string> names_of(const Quantities& quantities) {
   return names;
 }
 
+// Of [sensor.NAME]: the types that measure one number, then those whose readings have several.
 inline std::vector<std::string> sensor_names() {
   std::vector<std::string> names;
   for (const SensorType& type : kSensorTypes) names.emplace_back(type.name);
+  for (const std::string_view group : {kImu, kGnss, kLidar}) names.emplace_back(group);
   return names;
 }
 

@@ -81,9 +81,7 @@ void read_sensor_errors(TomlTable& t, const SensorType& type, SensorErrors& erro
 }
 
 void read_sensors(TomlTable& t, std::vector<SensorConfig>& sensors, bool recorded) {
-  std::vector<std::string> names = sensor_names();
-  for (const std::string_view group : {kImu, kGnss, kLidar}) names.emplace_back(group);
-  t.only(names);
+  t.only(sensor_names());
   for (const SensorType& type : kSensorTypes) {
     const std::string name(type.name);
     if (!t.has(name)) continue;

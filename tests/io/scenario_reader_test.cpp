@@ -358,7 +358,7 @@ TEST(ScenarioReader, RefusesWhatIsMissing) {
   EXPECT_EQ(refused_with("[run]", "[recorded]"), "s.toml: expected either [vehicle] or [recorded], found both");
   EXPECT_EQ(
       refused_with("[sensor.wheel_speed]\nrate_hz = 50", ""),
-      "s.toml: sensor: no sensor; expected one of wheel_speed, accelerometer, yaw_rate, lateral_accelerometer, motor_current");
+      "s.toml: sensor: no sensor; expected one of wheel_speed, accelerometer, yaw_rate, lateral_accelerometer, motor_current, forward_speed, imu, gnss, lidar");
   EXPECT_EQ(refused(kMinimal.substr(0, kMinimal.find("[tuning"))), "s.toml: tuning: expected at least one table [tuning.NAME]");
   EXPECT_EQ(refused_with(", friction = 5e-3", ""), "s.toml:13:20: missing key 'friction' in [tuning.matched.process_variance]");
   EXPECT_EQ(refused_with("process_variance", "#"),
