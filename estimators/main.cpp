@@ -29,7 +29,7 @@ constexpr double kSilence_s = 3.0;  // a plant not heard for so long, not even p
 
 struct Options {
   std::string algorithm = "ekf", name, tuning, config, url = kDefaultLcmUrl, out;
-  bool once = false;
+  bool once = false, with_input = false;
 };
 
 class Program {
@@ -45,6 +45,10 @@ class Program {
       if (session_) session_->on_rejected();
       if (const std::string text = rejections_.line(channel, reason); !text.empty()) say(text);
     };
+    if (options_.with_input)
+      h.raw = [this](const std::string& channel, std::int64_t, const void* data, std::size_t size) {
+        if (channel != "ESTIMATE_" + options_.name) bus_.publish_raw(channel, data, size);
+      };
     bus_.subscribe(h);
   }
 
@@ -174,6 +178,7 @@ int run(int argc, char** argv) {
   line.option("--config", o.config, "file whose [estimator] and [tuning] keys stand in place of the scenario's");
   line.option("--lcm-url", o.url, "the bus, or file://LOG?speed=0 to estimate from a log");
   line.option("--out", o.out, "with a log: the log that the estimates are written to");
+  line.flag("--with-input", o.with_input, "with --out: what was read goes there too, so that a monitor can score it");
   line.flag("--once", o.once, "exit at the end of the first run");
   line.parse(argc, argv);
 
@@ -183,6 +188,7 @@ int run(int argc, char** argv) {
   if (o.name.empty()) o.name = o.algorithm;
   if (!is_valid_name(o.name))
     throw Refusal(fmt::format("--name: '{}' is no name; expected 1 to 32 of A-Z a-z 0-9 _ -", o.name));
+  if (o.with_input && o.out.empty()) throw Refusal("--with-input: goes with --out");
   if (!o.config.empty() && !std::filesystem::is_regular_file(o.config))
     throw Refusal(fmt::format("{}: no such file", o.config));
 

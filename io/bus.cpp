@@ -159,6 +159,13 @@ Bus::Bus(const std::string& lcm_url, const std::string& log_out) : impl_(std::ma
   impl_->transport = is_log ? open_log(lcm_url, log_out) : open_network(lcm_url);
 }
 
+Bus::Bus(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Bus Bus::new_log(const std::string& path) {
+  auto impl = std::make_unique<Impl>();
+  impl->transport = open_new_log(path);
+  return Bus(std::move(impl));
+}
+Bus::Bus(Bus&&) noexcept = default;
 Bus::~Bus() = default;
 
 void Bus::subscribe(Handlers handlers) {
@@ -186,6 +193,11 @@ void Bus::subscribe(Handlers handlers) {
 void Bus::complete() { impl_->transport->complete(); }
 
 bool Bus::poll(int timeout_ms) { return impl_->transport->poll(timeout_ms); }
+
+void Bus::publish_raw(const std::string& channel, const void* data, std::size_t size) {
+  impl_->transport->publish(channel, data, size);
+}
+void Bus::at(std::int64_t utime) { impl_->transport->at(utime); }
 
 void Bus::publish(const RunDescriptor& m) { impl_->send("RUN", m); }
 void Bus::publish(const Truth& m) { impl_->send("TRUTH", m); }

@@ -43,7 +43,10 @@ class Bus {
   // Opens a URL: udpm://GROUP:PORT?ttl=N, or file://LOG?speed=S to read a log. Refuses a URL it cannot open, and says what to
   // do about a missing multicast route. With a log, what is published goes to the log `log_out` (empty: nowhere).
   explicit Bus(const std::string& lcm_url, const std::string& log_out = "");
+  // A new log that is only written to.
+  static Bus new_log(const std::string& path);
   ~Bus();
+  Bus(Bus&&) noexcept;
   Bus(const Bus&) = delete;
   Bus& operator=(const Bus&) = delete;
 
@@ -62,12 +65,17 @@ class Bus {
   void publish(const Announcement& m);
   void publish(const Progress& m);
   void publish(const Control& m);
+  // A message as it came (Handlers::raw).
+  void publish_raw(const std::string& channel, const void* data, std::size_t size);
+  // Of a new log: the time of what is published from now on.
+  void at(std::int64_t utime);
 
   // With a log: `log_out` is complete. Until then it is not there under its name, and without this call it never is.
   void complete();
 
  private:
   struct Impl;
+  explicit Bus(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -39,6 +39,56 @@ LogUrl parse(const std::string& url) {
   return result;
 }
 
+// A log that is being written, under another name until it is complete.
+class PartialLog {
+ public:
+  explicit PartialLog(const std::string& path) : path_(path) {
+    try {
+      log_ = std::make_unique<LogWriter>(partial());
+    } catch (const Refusal&) {
+      throw Refusal(fmt::format("{}: cannot write the log", path));
+    }
+  }
+  ~PartialLog() {
+    if (!log_) return;
+    log_.reset();
+    std::error_code ignored;
+    std::filesystem::remove(partial(), ignored);
+  }
+  PartialLog(const PartialLog&) = delete;
+  PartialLog& operator=(const PartialLog&) = delete;
+
+  void write(const std::string& channel, std::int64_t utime, const void* data, std::size_t size) {
+    log_->write(channel, utime, data, size);
+  }
+  void complete() {
+    log_.reset();  // closes the file
+    std::error_code error;
+    std::filesystem::rename(partial(), path_, error);
+    if (error) throw Refusal(fmt::format("{}: cannot write the log: {}", path_, error.message()));
+  }
+
+ private:
+  std::string partial() const { return path_ + ".partial"; }
+
+  std::string path_;
+  std::unique_ptr<LogWriter> log_;
+};
+
+class NewLog final : public Transport {
+ public:
+  explicit NewLog(const std::string& path) : log_(path) {}
+  void subscribe(const std::vector<std::string>&, RawHandler) override {}
+  bool poll(int) override { return false; }
+  void publish(const std::string& channel, const void* data, std::size_t size) override { log_.write(channel, now_, data, size); }
+  void complete() override { log_.complete(); }
+  void at(std::int64_t utime) override { now_ = utime; }
+
+ private:
+  PartialLog log_;
+  std::int64_t now_ = 0;
+};
+
 class LogTransport final : public Transport {
  public:
   LogTransport(const std::string& url, const std::string& out_path) : url_(parse(url)) {
@@ -50,19 +100,8 @@ class LogTransport final : public Transport {
     if (!out_path.empty()) {
       if (std::filesystem::equivalent(out_path, url_.path, error))
         throw Refusal(fmt::format("--out: '{}' is the log that is being read", out_path));
-      out_path_ = out_path;
-      try {
-        out_ = std::make_unique<LogWriter>(partial());
-      } catch (const Refusal&) {
-        throw Refusal(fmt::format("{}: cannot write the log", out_path));
-      }
+      out_ = std::make_unique<PartialLog>(out_path);
     }
-  }
-  ~LogTransport() override {
-    if (!out_) return;
-    out_.reset();
-    std::error_code ignored;
-    std::filesystem::remove(partial(), ignored);
   }
 
   void subscribe(const std::vector<std::string>& channels, RawHandler handler) override {
@@ -92,15 +131,10 @@ class LogTransport final : public Transport {
   }
 
   void complete() override {
-    if (!out_) return;
-    out_.reset();  // closes the file
-    std::error_code error;
-    std::filesystem::rename(partial(), out_path_, error);
-    if (error) throw Refusal(fmt::format("{}: cannot write the log: {}", out_path_, error.message()));
+    if (out_) out_->complete();
   }
 
  private:
-  std::string partial() const { return out_path_ + ".partial"; }
   bool wanted(const std::string& channel) const {
     for (const std::string& c : channels_) {
       const bool prefix = c.size() >= 2 && c.compare(c.size() - 2, 2, ".*") == 0;
@@ -128,13 +162,14 @@ class LogTransport final : public Transport {
   std::int64_t first_ = -1;
   std::chrono::steady_clock::time_point started_;
   std::unique_ptr<lcm::LogFile> log_;
-  std::string out_path_;
-  std::unique_ptr<LogWriter> out_;
+  std::unique_ptr<PartialLog> out_;
   std::vector<std::string> channels_;
   RawHandler handler_;
 };
 
 }  // namespace
+
+std::unique_ptr<Transport> open_new_log(const std::string& path) { return std::make_unique<NewLog>(path); }
 
 std::unique_ptr<Transport> open_log(const std::string& url, const std::string& out_path) {
   return std::make_unique<LogTransport>(url, out_path);

@@ -1,8 +1,10 @@
 #include "io/scenario_reader.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 
+#include "common/random.hpp"
 #include "common/readings.hpp"
 #include "common/refusal.hpp"
 #include "io/bus.hpp"
@@ -305,6 +307,12 @@ TomlDocument read_with_base(const std::string& path, const std::string& named_by
 }
 
 }  // namespace
+
+std::string LoadedScenario::run_name() const {
+  char hash[16];
+  std::snprintf(hash, sizeof hash, "%08x", static_cast<unsigned>(hash64(resolved_toml)));
+  return scenario.name + "-" + hash;
+}
 
 LoadedScenario load_scenario_file(const std::string& path, const std::vector<std::string>& overrides) {
   TomlDocument document = read_with_base(path, "", 0);

@@ -16,6 +16,9 @@ namespace slipstream {
 struct LoadedScenario {
   Scenario scenario;
   std::string resolved_toml;  // every default filled in; reads back to exactly this scenario and this text
+
+  // Names the experiment, not the start: the same resolved scenario gives the same name.
+  std::string run_name() const;
 };
 
 // Overrides are "run.seed=7": a dotted key and a TOML value; a bare word is text. They are laid over the file in their order.

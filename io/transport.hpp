@@ -21,6 +21,8 @@ class Transport {
   virtual void publish(const std::string& channel, const void* data, std::size_t size) = 0;
   // Nothing more will be published: what goes to a file gets its name.
   virtual void complete() {}
+  // The time that a new log gives to what is published from now on.
+  virtual void at(std::int64_t) {}
 };
 
 // udpm://, and whatever else LCM opens.
@@ -28,5 +30,7 @@ std::unique_ptr<Transport> open_network(const std::string& url);
 // file://PATH?speed=S: S = 0 as fast as possible, 1 as recorded. What is published goes to `out_path` (empty: nowhere), which
 // is there when it is complete, or not at all.
 std::unique_ptr<Transport> open_log(const std::string& url, const std::string& out_path);
+// A new log at `path`, which is there when it is complete, or not at all.
+std::unique_ptr<Transport> open_new_log(const std::string& path);
 
 }  // namespace slipstream

@@ -33,9 +33,7 @@ Conductor::Conductor(const RunConfig& run, RunDescriptor descriptor, DriveSource
       participants_(descriptor_.header.run_id),
       lockstep_(run.clock == "lockstep"),
       realtime_(run.clock == "realtime"),
-      channel_seq_(drive.quantities().size(), 0) {
-  tick_.header.run_id = truth_.header.run_id = reading_.header.run_id = descriptor_.header.run_id;
-}
+      messages_(drive.quantities(), descriptor_.header.run_id) {}
 
 void Conductor::on_announcement(const Announcement& a) {
   const bool known = participants_.contains(a.name);
@@ -100,29 +98,8 @@ void Conductor::wait_for_participants() {
   }
 }
 
-void Conductor::publish(const DriveEpoch& epoch) {
-  now_ = epoch.utime;
-  for (const NamedValue& r : epoch.readings) {
-    const auto channel = static_cast<std::size_t>(r.channel);
-    reading_.header.utime = r.utime;
-    reading_.header.seq = channel_seq_[channel]++;
-    reading_.quantity = drive_.quantities()[channel];
-    reading_.value = r.value;
-    stage_.publish(reading_);
-  }
-  if (!epoch.truth.empty()) {
-    truth_.header.utime = now_;
-    truth_.value = epoch.truth;
-    stage_.publish(truth_);
-    ++truth_.header.seq;
-  }
-}
-
 void Conductor::publish_tick(RunState state) {
-  tick_.header.utime = now_;
-  tick_.state = state;
-  stage_.publish(tick_);
-  ++tick_.header.seq;
+  messages_.publish_tick(state, stage_);
   participants_.on_tick(now_);
   published_s_ = wall_s();
 }
@@ -143,18 +120,12 @@ void Conductor::wait_for_progress() {
       return;
     }
     if (wall - asked_again > kAskAgain_s) {
-      stage_.publish(tick_repeated());
+      stage_.publish(messages_.newest_tick());
       asked_again = wall;
     }
     keep_alive();
     stage_.poll(20);
   }
-}
-
-Tick Conductor::tick_repeated() const {
-  Tick again = tick_;
-  --again.header.seq;  // publish_tick has counted on
-  return again;
 }
 
 void Conductor::pace(Utime previous) {
@@ -209,7 +180,8 @@ RunSummary Conductor::play() {
       const Utime previous = std::exchange(now_, epoch.utime);
       pace(previous);
     }
-    publish(epoch);
+    now_ = epoch.utime;
+    messages_.publish(epoch, stage_);
     begun_ = true;
     publish_tick(RunState::kRunning);
     keep_alive();
@@ -222,7 +194,7 @@ RunSummary Conductor::play() {
   // Nobody answers for the end of the run; whoever missed it gets it again.
   for (int i = 0; i < 2; ++i) {
     stage_.poll(20);
-    stage_.publish(tick_repeated());
+    stage_.publish(messages_.newest_tick());
   }
   return summary;
 }

@@ -14,18 +14,15 @@
 
 #include "common/messages.hpp"
 #include "models/scenario.hpp"
+#include "plant/drive_messages.hpp"
 #include "plant/drive_source.hpp"
 #include "plant/participants.hpp"
 
 namespace slipstream {
 
-class Stage {
+// Where a conductor's messages go, and where others' come from.
+class Stage : public Sink {
  public:
-  virtual ~Stage() = default;
-  virtual void publish(const RunDescriptor& m) = 0;
-  virtual void publish(const Reading& m) = 0;
-  virtual void publish(const Truth& m) = 0;
-  virtual void publish(const Tick& m) = 0;
   // Waits up to timeout_ms for messages and hands them to the conductor.
   virtual void poll(int timeout_ms) = 0;
   // A line for the person at the terminal.
@@ -54,10 +51,8 @@ class Conductor {
   void publish_descriptor();
   void keep_alive();
   void wait_for_participants();
-  void publish(const DriveEpoch& epoch);
   void publish_tick(RunState state);
   void wait_for_progress();
-  Tick tick_repeated() const;
   void pace(Utime previous);
   void stay_paused();
 
@@ -69,10 +64,7 @@ class Conductor {
   const bool lockstep_, realtime_;
 
   Utime now_ = 0;
-  Tick tick_;
-  Truth truth_;
-  Reading reading_;
-  std::vector<std::int64_t> channel_seq_;
+  DriveMessages messages_;
   double descriptor_sent_s_ = -1.0;
   double paced_from_s_ = 0.0;  // wall clock at simulation time 0
   double published_s_ = 0.0;   // wall clock of the last tick

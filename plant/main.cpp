@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <utility>
 
-#include "common/random.hpp"
 #include "common/refusal.hpp"
 #include "io/bus.hpp"
 #include "io/command_line.hpp"
@@ -50,11 +49,6 @@ std::unique_ptr<DriveSource> make_drive(const Scenario& scenario, const std::str
   return std::make_unique<RecordedDrive>(load_recorded(*scenario.recorded, data_dir), scenario.run.duration_s);
 }
 
-// Names the experiment, not the start: the same resolved scenario gives the same name.
-std::string run_name(const LoadedScenario& loaded) {
-  return fmt::format("{}-{:08x}", loaded.scenario.name, static_cast<std::uint32_t>(hash64(loaded.resolved_toml)));
-}
-
 std::vector<std::string> split(const std::string& list) {
   std::vector<std::string> items;
   std::string item;
@@ -96,7 +90,7 @@ int run(int argc, char** argv) {
   // Unique per start: a restarted plant is a new run.
   descriptor.header.run_id =
       std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
-  descriptor.name = run_name(loaded);
+  descriptor.name = loaded.run_name();
   descriptor.scenario_toml = loaded.resolved_toml;
   descriptor.clock = scenario.run.clock;
   descriptor.truth_names = drive->truth_names();

@@ -205,7 +205,7 @@ Played play(const Scenario& scenario, const std::vector<Follower>& followers, co
   while (drive->next(epoch)) {
     for (const NamedValue& r : epoch.readings) {
       const auto channel = static_cast<std::size_t>(r.channel);
-      const Reading reading{{epoch.utime, seq[channel]++, 1}, drive->quantities()[channel], r.value};
+      const Reading reading{{r.utime, seq[channel]++, 1}, drive->quantities()[channel], r.value};
       series[channel]->t_s.push_back(seconds(epoch.utime));
       series[channel]->value.push_back(r.value.scalar());
       for (auto& l : listeners) l->on_reading(reading);

@@ -94,7 +94,7 @@ inline Played play(const Scenario& scenario, const std::string& algorithm, const
   while (drive->next(epoch)) {
     for (const NamedValue& r : epoch.readings) {
       const auto channel = static_cast<std::size_t>(r.channel);
-      session.on_reading({{epoch.utime, seq[channel]++, 1}, drive->quantities()[channel], r.value});
+      session.on_reading({{r.utime, seq[channel]++, 1}, drive->quantities()[channel], r.value});
     }
     session.on_tick(epoch.utime);
     if (played.estimates.size() == played.utime.size()) continue;
