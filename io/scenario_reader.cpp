@@ -13,6 +13,7 @@
 #include "io/suggest.hpp"
 #include "io/text_file.hpp"
 #include "io/toml_reader.hpp"
+#include "io/toml_text.hpp"
 
 namespace slipstream {
 namespace {
@@ -67,6 +68,8 @@ void read_vehicle(TomlTable& t, AnyVehicle& vehicle, const std::string& source) 
   }
 }
 
+const std::string kOnlySimulated = "only a simulated sensor can have one; a recorded drive has the errors of its own sensors";
+
 // Errors that the plant adds; a recorded drive has its own, so there they may only be spelt out as none.
 void read_sensor_errors(TomlTable& t, const SensorType& type, SensorErrors& errors, bool recorded) {
   const std::string bias = type.key("bias"), quantum = type.key("quantum");
@@ -75,11 +78,10 @@ void read_sensor_errors(TomlTable& t, const SensorType& type, SensorErrors& erro
   t.number(quantum, errors.quantum, between(0.0, 1e9));
   t.number("delay_s", errors.delay_s, between(0.0, kLongestDelay_s));
   if (!recorded) return;
-  const std::string reason = "only a simulated sensor can have one; a recorded drive has the errors of its own sensors";
-  if (errors.scale != 1.0) t.refuse("scale", reason);
-  if (errors.bias != 0.0) t.refuse(bias, reason);
-  if (errors.quantum != 0.0) t.refuse(quantum, reason);
-  if (errors.delay_s != 0.0) t.refuse("delay_s", reason);
+  if (errors.scale != 1.0) t.refuse("scale", kOnlySimulated);
+  if (errors.bias != 0.0) t.refuse(bias, kOnlySimulated);
+  if (errors.quantum != 0.0) t.refuse(quantum, kOnlySimulated);
+  if (errors.delay_s != 0.0) t.refuse("delay_s", kOnlySimulated);
 }
 
 void read_sensors(TomlTable& t, std::vector<SensorConfig>& sensors, bool recorded) {
@@ -101,18 +103,39 @@ void read_sensors(TomlTable& t, std::vector<SensorConfig>& sensors, bool recorde
   }
 }
 
+void check_imu(TomlTable& t, const Imu& imu, bool recorded) {
+  if (!recorded) return;
+  if (!imu.bias_mps2.isZero(0.0)) t.refuse("bias_mps2", kOnlySimulated);
+  if (!imu.bias_radps.isZero(0.0)) t.refuse("bias_radps", kOnlySimulated);
+  if (!imu.accelerometer_scale.isOnes(0.0)) t.refuse("accelerometer_scale", kOnlySimulated);
+  if (!imu.gyro_scale.isOnes(0.0)) t.refuse("gyro_scale", kOnlySimulated);
+  if (imu.range_mps2 != 0.0) t.refuse("range_mps2", kOnlySimulated);
+  if (imu.range_radps != 0.0) t.refuse("range_radps", kOnlySimulated);
+}
+
+void check_fixes(TomlTable& t, const FixSensor& sensor, bool recorded) {
+  const std::vector<double>& out = sensor.outages_s;
+  if (out.size() % 2 != 0)
+    t.refuse("outages_s", "found " + std::to_string(out.size()) + " times, expected pairs: from, to, from, to, ...");
+  for (std::size_t i = 1; i < out.size(); ++i)
+    if (!(out[i] > out[i - 1]))
+      t.refuse("outages_s", "found " + digits(out[i]) + " after " + digits(out[i - 1]) + ", expected increasing times");
+  if (recorded && sensor.delay_s != 0.0)
+    t.refuse("delay_s", "only a simulated sensor can have one; how late recorded fixes are says lag_s of [[recorded.group]]");
+}
+
 // The sensors whose readings have several numbers.
 template <typename Sensor>
-void read_group_sensor(TomlTable& t, std::string_view name, std::optional<Sensor>& sensor) {
+void read_group_sensor(TomlTable& t, std::string_view name, std::optional<Sensor>& sensor, bool recorded) {
   if (!t.has(std::string(name))) return;
   sensor.emplace();
   t.table(std::string(name), [&](TomlTable& s) {
     s.require("rate_hz");
     sensor->visit_parameters(*sensor, s);
     if constexpr (std::is_base_of_v<FixSensor, Sensor>) {
-      const std::vector<double>& out = sensor->outages_s;
-      if (out.size() % 2 != 0) s.refuse("outages_s", "expected pairs of times: from, to, from, to, ...");
-      if (!std::is_sorted(out.begin(), out.end())) s.refuse("outages_s", "expected times that do not decrease");
+      check_fixes(s, *sensor, recorded);
+    } else {
+      check_imu(s, *sensor, recorded);
     }
   });
 }
@@ -126,7 +149,7 @@ void read_groups(TomlTable& t, RecordedConfig& recorded, const Scenario& s) {
     if (s.lidar) offered.emplace_back(kLidar);
     c.only({"quantity", "file", "columns", "scale", "frame", "lag_s"});
     for (const char* required : {"quantity", "file", "columns"}) c.require(required);
-    if (offered.empty()) c.refuse("quantity", "there is no [sensor.imu], [sensor.gnss] or [sensor.lidar]");
+    if (offered.empty()) c.refuse("quantity", "there is no [sensor.imu], [sensor.gnss] or [sensor.lidar] that it could be");
     group.quantity = offered.front();
     c.choice("quantity", group.quantity, offered);
     if (c.has("file")) c.text("file", group.file, kDataFile);
@@ -157,12 +180,14 @@ void read_groups(TomlTable& t, RecordedConfig& recorded, const Scenario& s) {
 }
 
 void read_attitude(TomlTable& t, RecordedAttitude& attitude) {
-  t.only({"file", "columns", "axes"});
+  t.only({"file", "columns", "axes", "rpy_rad"});
   t.require("file");
   if (t.has("file")) t.text("file", attitude.file, kDataFile);
   t.texts("columns", attitude.columns, kColumn);
-  if (attitude.columns.size() != 4) t.refuse("columns", "expected 4: the quaternion's w, x, y, z");
+  if (attitude.columns.size() != 4)
+    t.refuse("columns", "found " + std::to_string(attitude.columns.size()) + ", expected 4: the quaternion's w, x, y, z");
   t.choice("axes", attitude.axes, {"flu", "frd"});
+  t.triple("rpy_rad", attitude.rpy_rad, between(-kPi, kPi));
 }
 
 // `admissible`: the quantities that may be recorded here, each at most once.
@@ -170,7 +195,7 @@ void read_columns(TomlTable& t, const std::string& key, std::vector<RecordedColu
                   const std::vector<std::string>& admissible) {
   t.tables(key, [&](TomlTable& c) {
     RecordedColumn column;
-    c.only({"quantity", "file", "column", "scale", "offset"});
+    c.only({"quantity", "file", "column", "mean_with", "scale", "offset", "lead_s"});
     for (const char* required : {"quantity", "file", "column"}) c.require(required);
     if (c.has("quantity")) {
       c.text("quantity", column.quantity, kAnyText);
@@ -181,9 +206,11 @@ void read_columns(TomlTable& t, const std::string& key, std::vector<RecordedColu
     }
     if (c.has("file")) c.text("file", column.file, kDataFile);
     if (c.has("column")) c.text("column", column.column, kColumn);
+    c.texts("mean_with", column.mean_with, kColumn);
     c.number("scale", column.scale, any_number());
     if (column.scale == 0.0) c.refuse("scale", "found 0, expected a number other than 0");
     c.number("offset", column.offset, any_number());
+    c.number("lead_s", column.lead_s, between(0.0, kLongestDelay_s));
     columns.push_back(column);
   });
 }
@@ -226,13 +253,17 @@ void read_recorded(TomlTable& t, RecordedConfig& recorded, const Scenario& scena
       t.refuse("sensor", "no column for '" + sensor.quantity + "' of [sensor." + sensor.type + "]");
   for (const RecordedColumn& input : recorded.inputs)
     if (has(recorded.sensors, input.quantity)) t.refuse("input", "'" + input.quantity + "' is also in [[recorded.sensor]]");
+  if (recorded.attitude)
+    for (const char* angle : {"roll_rad", "pitch_rad", "yaw_rad"})
+      if (has(recorded.truth, angle)) t.refuse("attitude", std::string("'") + angle + "' is also in [[recorded.truth]]");
   if (recorded.path_speed && has(recorded.truth, "speed_mps"))
     t.refuse("path_speed", "'speed_mps' is also in [[recorded.truth]]");
 }
 
 // What one section asks of another.
 void check_together(const TomlTable& root, const Scenario& s) {
-  if (s.sensors.empty() && !s.imu && !s.gnss && !s.lidar) root.refuse("sensor", "no sensor" + suggestion("", sensor_names()));
+  if (s.sensors.empty() && !s.imu && !s.gnss && !s.lidar)
+    root.refuse("sensor", "no sensor" + suggestion("", sensor_names()));
   std::vector<std::string> offered;  // to the model as inputs: a sensor's reading may be one
   for (const SensorConfig& sensor : s.sensors) offered.push_back(sensor.quantity);
   if (s.recorded) {
@@ -245,6 +276,13 @@ void check_together(const TomlTable& root, const Scenario& s) {
             if (std::find(shown.begin(), shown.end(), sensor.quantity) == shown.end())
               root.refuse("sensor", "the vehicle '" + std::string(vehicle.kName) + "' does not show '" + sensor.quantity +
                                         "', which [sensor." + sensor.type + "] measures");
+          if constexpr (!MovingVehicle<std::remove_cvref_t<decltype(vehicle)>>) {
+            const std::string_view mounted = s.imu ? kImu : s.gnss ? kGnss : s.lidar ? kLidar : "";
+            if (!mounted.empty())
+              root.refuse("sensor", "the vehicle '" + std::string(vehicle.kName) +
+                                        "' has no motion in three dimensions, which [sensor." + std::string(mounted) +
+                                        "] measures");
+          }
           for (const Quantity& q : vehicle.kInputs) offered.emplace_back(q.name);
         },
         s.plant.vehicle);
@@ -281,9 +319,9 @@ LoadedScenario resolve(const TomlDocument& document, const std::string& source) 
     if (root.has("world")) root.table("world", [&](TomlTable& t) { s.world.visit_parameters(s.world, t); });
     root.table("sensor", [&](TomlTable& t) {
       read_sensors(t, s.sensors, recorded);
-      read_group_sensor(t, kImu, s.imu);
-      read_group_sensor(t, kGnss, s.gnss);
-      read_group_sensor(t, kLidar, s.lidar);
+      read_group_sensor(t, kImu, s.imu, recorded);
+      read_group_sensor(t, kGnss, s.gnss, recorded);
+      read_group_sensor(t, kLidar, s.lidar, recorded);
     });
     if (recorded) root.table("recorded", [&](TomlTable& t) { read_recorded(t, s.recorded.emplace(), s); });
     read_estimator(root, s, kName);

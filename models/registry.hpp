@@ -7,13 +7,14 @@
 #include "models/processes/longitudinal_friction.hpp"
 #include "models/processes/wheel_friction.hpp"
 #include "models/vehicles/bicycle.hpp"
+#include "models/vehicles/road_car.hpp"
 #include "models/vehicles/suspended_wheel.hpp"
 #include "models/vehicles/torque_car.hpp"
 #include "models/vehicles/unimog.hpp"
 
 namespace slipstream {
 
-using AnyVehicle = std::variant<Unimog, TorqueCar, SuspendedWheel, Bicycle>;
+using AnyVehicle = std::variant<Unimog, TorqueCar, SuspendedWheel, Bicycle, RoadCar>;
 using AnyProcess = std::variant<LongitudinalFriction, WheelFriction, LateralBicycle>;
 
 }  // namespace slipstream

@@ -50,7 +50,9 @@ struct RecordedColumn {
   std::string file;      // relative to the data directory
   std::string column;    // numbers, in the unit that `scale` turns into the quantity's
   double scale = 1.0;
-  double offset = 0.0;  // value = scale * number + offset
+  double offset = 0.0;                   // value = scale * number + offset
+  std::vector<std::string> mean_with{};  // further columns of the file: the number is the mean of all
+  double lead_s = 0.0;                   // the row is about this much after its time: the reading is sent at t + lead
 };
 
 // Truth of a planar pose: the speed along the path, from positions that may jump.
@@ -77,7 +79,8 @@ struct RecordedGroup {
 struct RecordedAttitude {
   std::string file;
   std::vector<std::string> columns{"qw", "qx", "qy", "qz"};
-  std::string axes = "flu";  // the body's: forward-left-up, or "frd": forward-right-down
+  std::string axes = "flu";        // of what was recorded: forward-left-up, or "frd": forward-right-down
+  Vector3 rpy_rad{0.0, 0.0, 0.0};  // R_BS of what was recorded (forward-left-up), e.g. of a camera that is mounted askew
 };
 
 struct RecordedConfig {

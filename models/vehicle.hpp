@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "common/types.hpp"
+#include "models/rigid_motion.hpp"
 
 namespace slipstream {
 
@@ -35,6 +36,12 @@ concept Vehicle = requires(const V vehicle, Vector<double, V::kStates> x, typena
   vehicle.after_event(0, x, mode);               // -> Mode
   vehicle.truth(x, mode);                        // values of kTruth
   vehicle.inputs(x, mode);                       // values of kInputs
+};
+
+// What sensors can be mounted on: its motion in three dimensions, of which velocity and rates are exact derivatives.
+template <typename V>
+concept MovingVehicle = Vehicle<V> && requires(const V vehicle, Vector<double, V::kStates> x, typename V::Mode mode) {
+  { vehicle.motion(x, mode) } -> std::same_as<RigidMotion>;
 };
 
 }  // namespace slipstream

@@ -46,7 +46,7 @@ std::unique_ptr<DriveSource> make_drive(const Scenario& scenario, const std::str
   if (data_dir.empty())
     throw Refusal(
         fmt::format("scenario '{}' plays a recorded drive: name the folder with its files by --data DIR", scenario.name));
-  return std::make_unique<RecordedDrive>(load_recorded(*scenario.recorded, data_dir), scenario.run.duration_s);
+  return std::make_unique<RecordedDrive>(load_recorded(scenario, data_dir), scenario.run.duration_s);
 }
 
 std::vector<std::string> split(const std::string& list) {

@@ -26,6 +26,10 @@ RecordedDrive::RecordedDrive(const RecordedStreams& streams, double duration_s) 
       quantities_.push_back(s.quantity);
       add(s.quantity, s.time_s, s.value, channel++);
     }
+  for (const RecordedGroupStream& s : streams.groups) {
+    quantities_.push_back(s.quantity);
+    add(s.quantity, s.time_s, s.value, channel++, s.lag_s);
+  }
   for (const RecordedStream& s : streams.truth) {
     truth_names_.push_back(s.quantity);
     truth_units_.push_back(s.unit);
@@ -43,8 +47,9 @@ RecordedDrive::RecordedDrive(const RecordedStreams& streams, double duration_s) 
   if (events_.empty()) throw Refusal("recorded drive: nothing in it before the end of the run");
 }
 
-void RecordedDrive::add(const std::string& quantity, const std::vector<double>& time_s, const std::vector<double>& value,
-                        int channel) {
+void RecordedDrive::add(const std::string& quantity, const std::vector<double>& time_s, const auto& value, int channel,
+                        double lag_s) {
+  const Utime lag = to_utime(lag_s);
   SLIPSTREAM_CHECK(time_s.size() == value.size());
   for (std::size_t i = 0; i < time_s.size(); ++i) {
     if (!(time_s[i] >= 0.0 && time_s[i] <= kLatest_s))
@@ -53,7 +58,7 @@ void RecordedDrive::add(const std::string& quantity, const std::vector<double>& 
     if (i > 0 && to_utime(time_s[i]) <= to_utime(time_s[i - 1]))
       throw Refusal(fmt::format("recorded {}: time of sample {}: found {} s after {} s, expected at least a microsecond more",
                                 quantity, i + 1, time_s[i], time_s[i - 1]));
-    events_.push_back({to_utime(time_s[i]), channel, value[i]});
+    if (to_utime(time_s[i]) >= lag) events_.push_back({to_utime(time_s[i]), channel, value[i], lag});
   }
 }
 
@@ -66,10 +71,10 @@ bool RecordedDrive::next(DriveEpoch& epoch) {
   for (; next_ < events_.size() && events_[next_].utime == epoch.utime; ++next_) {
     const Event& event = events_[next_];
     if (event.channel < first_truth) {
-      epoch.readings.push_back({event.channel, event.value, event.utime});
+      epoch.readings.push_back({event.channel, event.value, event.utime - event.lag});
     } else {
       epoch.truth.resize(truth_names_.size(), std::numeric_limits<double>::quiet_NaN());
-      epoch.truth[static_cast<std::size_t>(event.channel - first_truth)] = event.value;
+      epoch.truth[static_cast<std::size_t>(event.channel - first_truth)] = event.value.scalar();
     }
   }
   return true;

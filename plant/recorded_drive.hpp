@@ -1,5 +1,6 @@
 // A recorded drive as a drive source: its streams merged in time order. What happens at one microsecond is one epoch, inputs
-// before sensors; truth is attached to its instant, NaN for the quantities that have no sample there.
+// before sensors before readings of several numbers; truth is attached to its instant, NaN for the quantities that have no
+// sample there. A reading that lags carries the time of its measurement; one that was measured before the start is left out.
 //
 // Truth of a pose (RecordedStreams::path) is the speed "speed_mps" of plant/path_speed.hpp, whose head states its accuracy.
 #pragma once
@@ -28,10 +29,11 @@ class RecordedDrive : public DriveSource {
   struct Event {
     Utime utime;
     int channel;  // quantities first, then truth
-    double value;
+    Values value;
+    Utime lag = 0;
   };
 
-  void add(const std::string& quantity, const std::vector<double>& time_s, const std::vector<double>& value, int channel);
+  void add(const std::string& quantity, const std::vector<double>& time_s, const auto& value, int channel, double lag_s = 0.0);
 
   std::vector<std::string> quantities_, truth_names_, truth_units_;
   std::vector<Event> events_;

@@ -38,6 +38,7 @@ class VehicleSimulation {
   double time_s() const { return integrator_.time_s(); }
   State state() const { return Eigen::Map<const State>(integrator_.state().data()); }
   const Mode& mode() const { return mode_; }
+  RigidMotion motion() const requires MovingVehicle<V> { return vehicle_.motion(state(), mode_); }
   const V& vehicle() const { return vehicle_; }
   const std::vector<ModeChange>& changes() const { return changes_; }
 

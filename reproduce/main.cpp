@@ -94,7 +94,7 @@ Bench make_bench(const Options& o) {
     return load_scenario_file((fs::path(o.scenarios) / (name + ".toml")).string(), overrides).scenario;
   };
   bench.streams = [o](const Scenario& scenario, const std::string& folder) {
-    return load_recorded(scenario.recorded.value(), (fs::path(o.data) / folder).string());
+    return load_recorded(scenario, (fs::path(o.data) / folder).string());
   };
   bench.columns = [o](const std::string& file, const std::vector<std::string>& columns) {
     const CsvTable table = read_csv((fs::path(o.data) / file).string(), columns);

@@ -1,11 +1,19 @@
 // Inertial measurement unit, fixed to the body at r (lever arm) with axes R_BS: specific force and angular rate in its own
 // axes.
 //
-//   z_f = sat(diag(scale_f) f_S + b_f + noise_mps2 xi),    z_w = sat(diag(scale_w) w_S + b_w + noise_radps xi),    xi ~ N(0, I)
+//   z_f = sat(diag(scale_f) f_k + b_f + noise_mps2 xi),    z_w = sat(diag(scale_w) w_k + b_w + noise_radps xi),    xi ~ N(0, I)
+//   f_k = R_WS(t_k)' ((v_WS(t_k+1) - v_WS(t_k)) / dt + g z),   w_k = log(R_WS(t_k)' R_WS(t_k+1)) / dt,   dt = t_k+1 - t_k
 //   biases walk:  b(t + dt) = b(t) + walk sqrt(dt) xi;     sat(y) = max(-range, min(range, y)) on each axis; range 0: none
 //
-// Noise is white and of one sample; f_S, w_S as in models/rigid_motion.hpp. A sample at t_k holds over t_k ... t_k+1: it is the
-// motion's value at t_k. In a scenario: [sensor.imu].
+// A reading stamped t_k describes t_k ... t_k+1 and is held over it, as with the recorded CARLA drive: f_k and w_k are what
+// integrating units output, velocity and angle gained over the interval, coning and sculling compensated, in the axes at its
+// beginning. Then
+//
+//   v += (R f_k - g z) dt,   R = R exp(w_k dt),   p += v dt + (R f_k - g z) dt^2 / 2         (document 001, eqs 3.2-3.5)
+//
+// is exact for v and R and of second order for p. A sample of the motion at t_k would leave an error of first order (over the
+// minute of scenarios/city.toml, without noise: tests/plant/mounted_sensors_test.cpp). The bench sends the reading at t_k, one
+// period before a real unit could know it. Noise is white and of one reading. In a scenario: [sensor.imu].
 #pragma once
 
 #include "common/parameters.hpp"

@@ -71,7 +71,7 @@ TEST(ShippedRecordings, TheScaleCarRollsItsPublishedPath) {
   const std::string data = std::string(SLIPSTREAM_DATA_DIR) + "/f1tenth_friction/ds5a";
   if (!std::filesystem::is_directory(data)) GTEST_SKIP() << "no recorded drives: configure with -DSLIPSTREAM_DATA=FOLDER";
   const Scenario s = load_scenario_file(std::string(SLIPSTREAM_SOURCE_DIR) + "/scenarios/f1tenth_ds5a.toml").scenario;
-  const RecordedStreams streams = load_recorded(s.recorded.value(), data);
+  const RecordedStreams streams = load_recorded(s, data);
   const RecordedStream& wheel = streams.sensors.at(0);
   double path_m = 0.0;
   for (std::size_t i = 1; i < wheel.value.size(); ++i)
