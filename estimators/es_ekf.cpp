@@ -1,8 +1,216 @@
-#include "common/refusal.hpp"
+// Error-state extended Kalman filter of document 001, eqs 3.1-3.27, with the biases' six error states beside its nine if
+// wanted.
+//
+//   predict   the mean as in estimators/strapdown_equations.hpp, R = C(q), f and w free of bias
+//             dp += dt dv,   dv += A dphi - dt R db_f,   dphi = E dphi - dt C db_w            eq. 3.10, and columns for biases
+//             global error:  A = -dt [R f]x,  E = I,            C = R
+//             local error:   A = -dt R [f]x,  E = exp(-w dt),   C = I
+//             Q = dt^2 diag(f, w) on v and phi (eq. 3.12),  dt diag(f_walk, w_walk) on the biases
+//   update    kPoint          dh = dp - [R l]x dphi                               local: - R [l]x dphi
+//             kBodyVelocity   dh = R_BS (R' dv + R' [v]x dphi + [l]x db_w)        local: [R' v]x dphi
+//             S = H P H' + R,  K = P H' S^-1,  x = x [+] K nu,  P = (I - K H) P (I - K H)' + K R K'     eqs 3.22-3.27, Joseph
+//             form
+//
+// F is of first order in dt, as the document's: dp's dt^2/2 A dphi, C's change during the step, and position noise of the
+// order dt^4 are left out. So is the covariance's reset I +- [dphi]x/2 after a correction, of second order in it. L of eq. 3.11
+// as printed lacks the attitude's identity. One triangle of P is computed and mirrored: it is symmetric to the last bit.
+// What is not finite leaves the belief as it is, and so does a singular S. Q and R are discrete covariances.
+#include "common/check.hpp"
 #include "estimators/navigation.hpp"
+#include "estimators/strapdown_equations.hpp"
 
 namespace slipstream {
+namespace {
 
-std::unique_ptr<NavigationFilter> make_es_ekf(const Strapdown&, const StrapdownTuning&) { throw Refusal("not there yet"); }
+void check([[maybe_unused]] const ErrorCovariance& p) {
+#ifndef NDEBUG
+  SLIPSTREAM_CHECK(!p.allFinite() || is_covariance(p));
+#endif
+}
+
+// P's columns to ... to + 2 += those from ... from + 2 times b; rows `first` and on, N in all.
+template <int N>
+void add_columns(ErrorCovariance& p, int to, int from, const Matrix3& b) {
+  for (int c = 0; c < 3; ++c) {
+    double* target = &p(0, to + c);
+    const double *s0 = &p(0, from), *s1 = &p(0, from + 1), *s2 = &p(0, from + 2);
+    for (int r = 0; r < N; ++r) target[r] += s0[r] * b(0, c) + s1[r] * b(1, c) + s2[r] * b(2, c);
+  }
+}
+// Its rows to ... to + 2 += b times those from ... from + 2, in the first `columns` columns.
+template <int Columns>
+void add_rows(ErrorCovariance& p, int to, int from, const Matrix3& b) {
+  for (int c = 0; c < Columns; ++c) {
+    const double s0 = p(from, c), s1 = p(from + 1, c), s2 = p(from + 2, c);
+    for (int r = 0; r < 3; ++r) p(to + r, c) += b(r, 0) * s0 + b(r, 1) * s1 + b(r, 2) * s2;
+  }
+}
+template <int N>
+void mirror(ErrorCovariance& p) {
+  for (int c = 1; c < N; ++c)
+    for (int r = 0; r < c; ++r) p(r, c) = p(c, r);
+}
+
+// H: identity (or nothing) on the position, and blocks for velocity, attitude and gyro bias where they are not zero.
+struct SparseRows {
+  bool position = false, velocity = false, attitude = false, gyro_bias = false;
+  Matrix3 of_velocity, of_attitude, of_gyro_bias;
+};
+// Fifteen rows, and one more that makes pairs of them.
+using Tall = Eigen::Matrix<double, kErrors + 1, 3>;
+
+template <int N>
+void add_product(const ErrorCovariance& p, int from, const Matrix3& h, Tall& to) {
+  for (int c = 0; c < 3; ++c)
+    for (int r = 0; r < N; ++r) to(r, c) += p(r, from) * h(c, 0) + p(r, from + 1) * h(c, 1) + p(r, from + 2) * h(c, 2);
+}
+// P H'.
+template <int N>
+void times_transposed(const ErrorCovariance& p, const SparseRows& h, Tall& to) {
+  if (h.position) {
+    for (int c = 0; c < 3; ++c)
+      for (int r = 0; r < N; ++r) to(r, c) = p(r, c);
+  } else {
+    to.setZero();
+  }
+  if (h.velocity) add_product<N>(p, kVelocity, h.of_velocity, to);
+  if (h.attitude) add_product<N>(p, kAttitude, h.of_attitude, to);
+  if (N == kErrors && h.gyro_bias) add_product<N>(p, kGyroBias, h.of_gyro_bias, to);
+}
+// H A.
+template <int N>
+Matrix3 times(const SparseRows& h, const Tall& a) {
+  Matrix3 to = Matrix3::Zero();
+  if (h.position) to = a.block<3, 3>(kPosition, 0);
+  if (h.velocity) to += h.of_velocity * a.block<3, 3>(kVelocity, 0);
+  if (h.attitude) to += h.of_attitude * a.block<3, 3>(kAttitude, 0);
+  if (N == kErrors && h.gyro_bias) to += h.of_gyro_bias * a.block<3, 3>(kGyroBias, 0);
+  return to;
+}
+
+// N: 15, or 9 where biases are left out, whose blocks are then never touched.
+template <int N, OrientationError kError>
+class EsEkf final : public NavigationFilter {
+ public:
+  explicit EsEkf(double gravity_mps2) : gravity_mps2_(gravity_mps2) {}
+
+  OrientationError error() const override { return kError; }
+
+  void predict(NavigationBelief& belief, const Inertial& reading, const InertialNoise& noise, double dt_s) const override {
+    if (!is_usable(reading, noise, dt_s)) return;
+    const Matrix3 r = belief.x.q_WS.toRotationMatrix();
+    const Vector3 f = reading.f - belief.x.b_f;
+    const Rotation turn = rotation_exp(dt_s * (reading.w - belief.x.b_w));
+    belief.x = moved(belief.x, reading, gravity_mps2_, dt_s, r, turn);
+
+    const Matrix3 a = kGlobal ? Matrix3(skew(-dt_s * (r * f))) : Matrix3(r * skew(-dt_s * f));
+    [[maybe_unused]] const Matrix3 bf = -dt_s * r;
+    [[maybe_unused]] const Matrix3 bw = kGlobal ? bf : Matrix3(-dt_s * Matrix3::Identity());
+    ErrorCovariance& p = belief.P;
+    // M = P F': the columns, each before the ones it needs change.
+    for (int c = 0; c < 3; ++c)
+      for (int i = 0; i < N; ++i) p(i, c) += dt_s * p(i, c + kVelocity);
+    add_columns<N>(p, kVelocity, kAttitude, a.transpose());
+    if constexpr (N == kErrors) add_columns<N>(p, kVelocity, kAccelerometerBias, bf.transpose());
+    if constexpr (!kGlobal)
+      p.template block<N, 3>(0, kAttitude) = (p.template block<N, 3>(0, kAttitude) * turn.toRotationMatrix()).eval();
+    if constexpr (N == kErrors) add_columns<N>(p, kAttitude, kGyroBias, bw.transpose());
+    // P = F M, its lower triangle: the rows likewise.
+    for (int c = 0; c < 3; ++c)
+      for (int i = 0; i < 3; ++i) p(i, c) += dt_s * p(i + kVelocity, c);
+    add_rows<kVelocity + 3>(p, kVelocity, kAttitude, a);
+    if constexpr (N == kErrors) add_rows<kVelocity + 3>(p, kVelocity, kAccelerometerBias, bf);
+    if constexpr (!kGlobal)
+      p.template block<3, kAttitude + 3>(kAttitude, 0) =
+          (turn.toRotationMatrix().transpose() * p.template block<3, kAttitude + 3>(kAttitude, 0)).eval();
+    if constexpr (N == kErrors) add_rows<kAttitude + 3>(p, kAttitude, kGyroBias, bw);
+    mirror<N>(p);
+    for (int i = 0; i < 3; ++i) {
+      p(kVelocity + i, kVelocity + i) += dt_s * dt_s * noise.f;
+      p(kAttitude + i, kAttitude + i) += dt_s * dt_s * noise.w;
+      if constexpr (N == kErrors) {
+        p(kAccelerometerBias + i, kAccelerometerBias + i) += dt_s * noise.f_walk;
+        p(kGyroBias + i, kGyroBias + i) += dt_s * noise.w_walk;
+      }
+    }
+    check(p);
+  }
+
+  NavigationInnovation update(NavigationBelief& belief, const NavigationMeasurement& m, double gate) const override {
+    NavigationInnovation i;
+    const SparseRows h = jacobian(belief.x, m);
+    ErrorCovariance& p = belief.P;
+    Tall ph;
+    times_transposed<N>(p, h, ph);
+    Matrix3 s_inverse;
+    i.gated = !weigh(m, predicted(belief.x, m), times<N>(h, ph), i, s_inverse) || i.nis > gate;
+    if (i.gated) return i;
+
+    Tall gain;
+    for (int c = 0; c < 3; ++c)
+      for (int r = 0; r < N; ++r)
+        gain(r, c) = ph(r, 0) * s_inverse(0, c) + ph(r, 1) * s_inverse(1, c) + ph(r, 2) * s_inverse(2, c);
+    ErrorVector d = ErrorVector::Zero();
+    for (int r = 0; r < N; ++r) d[r] = gain(r, 0) * i.nu[0] + gain(r, 1) * i.nu[1] + gain(r, 2) * i.nu[2];
+    belief.x = plus(belief.x, d, kError);
+
+    // M = (I - K H) P, then P = M (I - K H)' + K R K' = M - (M H' - K R) K'.
+    for (int c = 0; c < N; ++c)
+      for (int r = 0; r < N; ++r) p(r, c) -= gain(r, 0) * ph(c, 0) + gain(r, 1) * ph(c, 1) + gain(r, 2) * ph(c, 2);
+    Tall mh;
+    times_transposed<N>(p, h, mh);
+    Matrix3 noise = Matrix3::Zero();
+    for (int r = 0; r < m.size; ++r)
+      for (int c = 0; c < m.size; ++c) noise(r, c) = m.R(r, c);
+    for (int c = 0; c < 3; ++c)
+      for (int r = 0; r < N; ++r) mh(r, c) -= gain(r, 0) * noise(0, c) + gain(r, 1) * noise(1, c) + gain(r, 2) * noise(2, c);
+    for (int c = 0; c < N; ++c)
+      for (int r = c; r < N; ++r) p(r, c) -= mh(r, 0) * gain(c, 0) + mh(r, 1) * gain(c, 1) + mh(r, 2) * gain(c, 2);
+    mirror<N>(p);
+    check(p);
+    return i;
+  }
+
+ private:
+  static constexpr bool kGlobal = kError == OrientationError::kGlobal;
+
+  static SparseRows jacobian(const NavigationState& x, const NavigationMeasurement& m) {
+    SparseRows h;
+    if (m.kind == NavigationMeasurement::kPoint) {
+      h.position = true;
+      h.attitude = !m.l.isZero(0.0);
+      if (h.attitude)
+        h.of_attitude = kGlobal ? Matrix3(skew(-(x.q_WS * m.l))) : Matrix3(-(x.q_WS.toRotationMatrix() * skew(m.l)));
+      return h;
+    }
+    const Matrix3 r_t = x.q_WS.toRotationMatrix().transpose();
+    const auto rows = [&](const Matrix3& of) {
+      Matrix3 selected = Matrix3::Zero();
+      for (int i = 0; i < m.size; ++i) selected.row(i) = (m.R_BS * of).row(m.rows[static_cast<std::size_t>(i)]);
+      return selected;
+    };
+    h.velocity = h.attitude = true;
+    h.of_velocity = rows(r_t);
+    h.of_attitude = rows(kGlobal ? Matrix3(r_t * skew(x.v_WS)) : skew(r_t * x.v_WS));
+    h.gyro_bias = !m.l.isZero(0.0);
+    if (h.gyro_bias) h.of_gyro_bias = rows(skew(m.l));
+    return h;
+  }
+
+  double gravity_mps2_;
+};
+
+}  // namespace
+
+std::unique_ptr<NavigationFilter> make_es_ekf(const Strapdown& model, const StrapdownTuning& tuning) {
+  const double g = model.gravity_mps2;
+  constexpr int kWithout = Strapdown::kStatesWithoutBiases;
+  if (tuning.orientation_error == "local") {
+    if (tuning.biases) return std::make_unique<EsEkf<kErrors, OrientationError::kLocal>>(g);
+    return std::make_unique<EsEkf<kWithout, OrientationError::kLocal>>(g);
+  }
+  if (tuning.biases) return std::make_unique<EsEkf<kErrors, OrientationError::kGlobal>>(g);
+  return std::make_unique<EsEkf<kWithout, OrientationError::kGlobal>>(g);
+}
 
 }  // namespace slipstream

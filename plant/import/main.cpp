@@ -55,7 +55,7 @@ int run(int argc, char** argv) {
   const Scenario& scenario = loaded.scenario;
   if (!scenario.recorded)
     throw Refusal(fmt::format("scenario '{}' is simulated: there is nothing to import without [recorded]", scenario.name));
-  RecordedDrive drive(load_recorded(*scenario.recorded, data_dir), scenario.run.duration_s);
+  RecordedDrive drive(load_recorded(scenario, data_dir), scenario.run.duration_s);
 
   RunDescriptor descriptor;
   descriptor.header.run_id = 1;  // the only run of its log; the same files give the same bytes
