@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "monitor/angles.hpp"
 #include "monitor/tables.hpp"
 #include "monitor/text.hpp"
 
@@ -80,7 +81,8 @@ std::string LiveTable::lines(const RunRecord& run, std::size_t width) {
     for (const std::string& state : names) {
       const auto found = std::find(r.state_names.begin(), r.state_names.end(), state);
       const bool has_it = found != r.state_names.end();
-      row.push_back(has_it ? number_text(score.rmse(static_cast<std::size_t>(found - r.state_names.begin())), 3) : "-");
+      const auto i = static_cast<std::size_t>(found - r.state_names.begin());
+      row.push_back(has_it ? number_text(shown_scale(r.state_units[i]) * score.rmse(i), 3) : "-");
     }
     row.push_back(number_text(score.nis_ratio(), 3));
     const double p50 = recent_p50(r.step_time_us);
@@ -112,7 +114,8 @@ std::string scoreboard_text(const Results& results, std::size_t width) {
                                  info.seed ? fmt::format(", seed {}", *info.seed) : "", seconds(results.record.simulated()));
   if (results.board.estimators.empty()) return text + "no estimator took part\n";
   for (const Table& table :
-       {accuracy_table(results), consistency_table(results), timing_table(results), delivery_table(results)})
+       {accuracy_table(results), consistency_table(results), sensor_table(results), timing_table(results),
+        delivery_table(results)})
     text += "\n" + table.title + "\n" + to_text(table, width);
   if (results.published) text += "\nPublished: " + plain_line(results.published->title, width - 11) + "\n";
   return text;
