@@ -109,6 +109,19 @@ Json estimator(const EstimatorScore& s) {
                               {"nis", consistency(sensor.nis)},
                               {"samples", sensor.samples},
                               {"gated", sensor.gated}};
+  Json warnings = Json::array();
+  for (const Finding& f : s.findings)
+    warnings.push_back({{"text", f.text},
+                        {"sensor", f.sensor},
+                        {"disagrees_with", f.other.empty() ? Json(nullptr) : Json(f.other)},
+                        {"cause", cause_name(f.cause)},
+                        {"since_s", f.since_s},
+                        {"until_s", optional_number(f.until_s)},
+                        {"nis_mean", number(f.nis)},
+                        {"dimension", f.dimension},
+                        {"measured", f.measured},
+                        {"outliers", f.outliers},
+                        {"gated", f.gated}});
   Json j = {{"algorithm", r.algorithm},
             {"tuning", r.tuning},
             {"model", r.model},
@@ -119,6 +132,7 @@ Json estimator(const EstimatorScore& s) {
             {"nis", consistency(s.nis_score)},
             {"nis_ratio", number(s.nis_ratio)},
             {"sensors", sensors},
+            {"warnings", warnings},
             {"estimates", r.utime.size()},
             {"valid", s.valid},
             {"fallback", s.fallback},

@@ -90,8 +90,14 @@ std::string LiveTable::lines(const RunRecord& run, std::size_t width) {
     row.push_back(fmt::format("{}", r.sequence.lost + r.reported_lost()));
     table.rows.push_back(std::move(row));
   }
+  std::string warnings;
+  for (const auto& [name, r] : run.estimators()) {
+    Health& health = health_[name];
+    health.update(r);
+    for (const std::string& line : health.present()) warnings += fmt::format("! {}: {}\n", name, line);
+  }
   text += table.rows.empty() ? "waiting for estimators\n" : to_text(table, width);
-  return cut_lines(text, width);
+  return cut_lines(text + warnings, width);
 }
 
 std::string LiveTable::redraw(const RunRecord& run, std::size_t width) {
@@ -117,6 +123,10 @@ std::string scoreboard_text(const Results& results, std::size_t width) {
        {accuracy_table(results), consistency_table(results), sensor_table(results), timing_table(results),
         delivery_table(results)})
     text += "\n" + table.title + "\n" + to_text(table, width);
+  std::string warnings;
+  for (const EstimatorScore& s : results.board.estimators)
+    for (const Finding& f : s.findings) warnings += fmt::format("{}: {}\n", s.name, f.text);
+  if (!warnings.empty()) text += "\nWarnings\n" + warnings;
   if (results.published) text += "\nPublished: " + plain_line(results.published->title, width - 11) + "\n";
   return text;
 }

@@ -46,6 +46,8 @@ class Page {
       if (s.record->name_conflict)
         warning(fmt::format("Two estimators were named '{}' at the same time: its rows mix the estimates of both.",
                             html_escape(s.name)));
+    for (const EstimatorScore& s : results_.board.estimators)
+      for (const Finding& f : s.findings) warning(html_escape(fmt::format("{}: {}", s.name, f.text)));
     if (info_.scenario.empty()) warning("The scenario of this run could not be read: its facts are missing here.");
   }
 

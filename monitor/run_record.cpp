@@ -254,6 +254,7 @@ void RunRecord::add_innovations(EstimatorRecord& r, const Estimate& m) {
     innovation->innovation.push_back(m.innovation[i]);
     innovation->sigma.push_back(variance > 0.0 ? std::sqrt(variance) : kNan);
   }
+  char place = 0;
   for (const auto& [sensor, block] : blocks_of(m)) {
     SensorRecord* record = entry(r.sensors, sensor);
     if (!record) continue;
@@ -261,6 +262,7 @@ void RunRecord::add_innovations(EstimatorRecord& r, const Estimate& m) {
     record->nis.push_back(nis_of(m, block));
     record->dimension.push_back(static_cast<int>(block.size()));
     record->gated.push_back(std::any_of(block.begin(), block.end(), [&](std::size_t i) { return m.gated[i] != 0; }) ? 1 : 0);
+    record->place.push_back(place++);
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "monitor/angles.hpp"
+#include "monitor/health.hpp"
 
 namespace slipstream {
 namespace {
@@ -60,6 +61,9 @@ EstimatorScore score_estimator(const RunRecord& run, const std::string& name, co
   s.nis_score = score_consistency(r.nis, r.nis_dimension);
   s.nis_ratio = consistency_ratio(r.nis, r.nis_dimension);
   for (const auto& [sensor, record] : r.sensors) s.sensors.push_back(score_sensor(sensor, record));
+  Health health;
+  health.update(r);
+  s.findings = health.findings(r);
   s.step_times = score_step_times(step_time_us, run.info().deadline_s);
 
   const auto count = [&](EstimateStatus status) { return std::count(r.row_status.begin(), r.row_status.end(), status); };

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "monitor/diagnosis.hpp"
 #include "monitor/run_record.hpp"
 #include "monitor/scores.hpp"
 
@@ -35,6 +36,7 @@ struct EstimatorScore {
   Consistency nees_score;    // dimension: the states with a known truth
   Consistency nis_score;     // over all steps that measured something; dimension: their mean number of measurements
   std::vector<SensorScore> sensors;
+  std::vector<Finding> findings;  // what is wrong with its sensors
   double nis_ratio;          // sum NIS / sum dimension over all steps
   StepTimes step_times;      // of all steps but those spent waiting for a start
   std::int64_t valid = 0, fallback = 0, invalid = 0, initialising = 0;
