@@ -103,6 +103,25 @@ Json estimator(const EstimatorScore& s) {
                           {"max_abs_error", number(state.score.max_abs_error)},
                           {"max_abs_error_at_s", number(state.max_error_s)},
                           {"samples", state.score.samples}};
+  Json sensors = Json::object();
+  for (const SensorScore& sensor : s.sensors)
+    sensors[sensor.sensor] = {{"nis_mean", number(sensor.nis.mean)},
+                              {"nis", consistency(sensor.nis)},
+                              {"samples", sensor.samples},
+                              {"gated", sensor.gated}};
+  Json warnings = Json::array();
+  for (const Finding& f : s.findings)
+    warnings.push_back({{"text", f.text},
+                        {"sensor", f.sensor},
+                        {"disagrees_with", f.other.empty() ? Json(nullptr) : Json(f.other)},
+                        {"cause", cause_name(f.cause)},
+                        {"since_s", f.since_s},
+                        {"until_s", optional_number(f.until_s)},
+                        {"nis_mean", number(f.nis)},
+                        {"dimension", f.dimension},
+                        {"measured", f.measured},
+                        {"outliers", f.outliers},
+                        {"gated", f.gated}});
   Json j = {{"algorithm", r.algorithm},
             {"tuning", r.tuning},
             {"model", r.model},
@@ -112,6 +131,8 @@ Json estimator(const EstimatorScore& s) {
             {"nis_mean", number(s.nis_score.mean)},
             {"nis", consistency(s.nis_score)},
             {"nis_ratio", number(s.nis_ratio)},
+            {"sensors", sensors},
+            {"warnings", warnings},
             {"estimates", r.utime.size()},
             {"valid", s.valid},
             {"fallback", s.fallback},
@@ -179,10 +200,12 @@ std::string scores_json(const Results& results) {
   Json measurements = Json::object();
   std::int64_t lost = results.record.truth().sequence.lost;
   std::int64_t out_of_order = results.record.truth().sequence.out_of_order;
+  std::int64_t late = 0;
   for (const auto& [quantity, reading] : results.record.readings()) {
     measurements[quantity] = reading.utime.size();
     lost += reading.sequence.lost;
     out_of_order += reading.sequence.out_of_order;
+    late += reading.late;
   }
   Json run = {{"id", info.name},
               {"scenario", info.scenario.empty() ? Json(nullptr) : Json(info.scenario)},
@@ -198,6 +221,7 @@ std::string scores_json(const Results& results) {
               {"measurements", measurements},
               {"messages_lost", lost},
               {"out_of_order", out_of_order},
+              {"measured_late", late},
               {"rejected", results.record.rejected()},
               {"times",
                {{"started_utc", results.times.started_utc},

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "monitor/angles.hpp"
 #include "monitor/tables.hpp"
 #include "monitor/text.hpp"
 
@@ -80,7 +81,8 @@ std::string LiveTable::lines(const RunRecord& run, std::size_t width) {
     for (const std::string& state : names) {
       const auto found = std::find(r.state_names.begin(), r.state_names.end(), state);
       const bool has_it = found != r.state_names.end();
-      row.push_back(has_it ? number_text(score.rmse(static_cast<std::size_t>(found - r.state_names.begin())), 3) : "-");
+      const auto i = static_cast<std::size_t>(found - r.state_names.begin());
+      row.push_back(has_it ? number_text(shown_scale(r.state_units[i]) * score.rmse(i), 3) : "-");
     }
     row.push_back(number_text(score.nis_ratio(), 3));
     const double p50 = recent_p50(r.step_time_us);
@@ -88,8 +90,14 @@ std::string LiveTable::lines(const RunRecord& run, std::size_t width) {
     row.push_back(fmt::format("{}", r.sequence.lost + r.reported_lost()));
     table.rows.push_back(std::move(row));
   }
+  std::string warnings;
+  for (const auto& [name, r] : run.estimators()) {
+    Health& health = health_[name];
+    health.update(r);
+    for (const std::string& line : health.present()) warnings += fmt::format("! {}: {}\n", name, line);
+  }
   text += table.rows.empty() ? "waiting for estimators\n" : to_text(table, width);
-  return cut_lines(text, width);
+  return cut_lines(text + warnings, width);
 }
 
 std::string LiveTable::redraw(const RunRecord& run, std::size_t width) {
@@ -112,8 +120,13 @@ std::string scoreboard_text(const Results& results, std::size_t width) {
                                  info.seed ? fmt::format(", seed {}", *info.seed) : "", seconds(results.record.simulated()));
   if (results.board.estimators.empty()) return text + "no estimator took part\n";
   for (const Table& table :
-       {accuracy_table(results), consistency_table(results), timing_table(results), delivery_table(results)})
+       {accuracy_table(results), consistency_table(results), sensor_table(results), timing_table(results),
+        delivery_table(results)})
     text += "\n" + table.title + "\n" + to_text(table, width);
+  std::string warnings;
+  for (const EstimatorScore& s : results.board.estimators)
+    for (const Finding& f : s.findings) warnings += fmt::format("{}: {}\n", s.name, f.text);
+  if (!warnings.empty()) text += "\nWarnings\n" + warnings;
   if (results.published) text += "\nPublished: " + plain_line(results.published->title, width - 11) + "\n";
   return text;
 }

@@ -4,6 +4,7 @@
 #include <map>
 #include <string>
 
+#include "monitor/health.hpp"
 #include "monitor/results.hpp"
 
 namespace slipstream {
@@ -18,10 +19,14 @@ class LiveTable {
 
   // Forgets what it wrote, because something else was written below it.
   void let_scroll() { lines_written_ = 0; }
-  void begin_run() { scores_.clear(); }
+  void begin_run() {
+    scores_.clear();
+    health_.clear();
+  }
 
  private:
   std::map<std::string, RunningScore> scores_;
+  std::map<std::string, Health> health_;
   int lines_written_ = 0;
 };
 

@@ -46,6 +46,8 @@ class Page {
       if (s.record->name_conflict)
         warning(fmt::format("Two estimators were named '{}' at the same time: its rows mix the estimates of both.",
                             html_escape(s.name)));
+    for (const EstimatorScore& s : results_.board.estimators)
+      for (const Finding& f : s.findings) warning(html_escape(fmt::format("{}: {}", s.name, f.text)));
     if (info_.scenario.empty()) warning("The scenario of this run could not be read: its facts are missing here.");
   }
 
@@ -80,7 +82,7 @@ class Page {
     if (results_.board.estimators.empty()) return;
     table(accuracy_table(results_));
     out_ +=
-        "<p>R2 = 1 - sum (estimate - truth)&#178; / sum (truth - mean of truth)&#178;: 1 is perfect. Largest error: absolute, "
+        "<p>Angles are in degrees here, in rad in the files. R2 = 1 - sum (estimate - truth)&#178; / sum (truth - mean of truth)&#178;: 1 is perfect. Largest error: absolute, "
         "with its time.</p>\n";
     table(consistency_table(results_));
     out_ +=
@@ -88,6 +90,11 @@ class Page {
         "estimator claims; a consistent estimator has NEES n and NIS m, m the mean number of measurements of a "
         "step. Band: 95 % for the mean of that many independent values. Errors are correlated in time, so within one run the "
         "band of NEES is narrower than it should be.</p>\n";
+    table(sensor_table(results_));
+    out_ +=
+        "<p>NIS of each sensor's own measurements, over those that were not gated, that is, left out of the estimate as too "
+        "unlikely; gating cuts the largest values off. A mean below its band: the estimator is more cautious than it need be; "
+        "above: it is too sure.</p>\n";
     table(timing_table(results_));
     table(delivery_table(results_));
     if (info_.clock == "realtime")

@@ -5,6 +5,8 @@
 #include <numeric>
 
 #include "common/readings.hpp"
+#include "monitor/angles.hpp"
+#include "monitor/innovation_sensors.hpp"
 #include "monitor/scores.hpp"
 #include "monitor/text.hpp"
 
@@ -12,7 +14,7 @@ namespace slipstream {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kMaxRows = 4'000'000;  // per series: 11 hours at 100 Hz
+constexpr std::size_t kMaxRows = 4'000'000;  // per series: 11 hours at 100 Hz, 2 at 500 Hz
 constexpr std::size_t kMaxNames = 64;        // estimators, and quantities
 constexpr std::size_t kMaxStates = 64;
 constexpr std::size_t kMaxLives = 256;  // of an estimator; the last one stands for all that follow
@@ -67,6 +69,40 @@ bool fits(const Estimate& m) {
          all_safe(m.innovation_of);
 }
 
+// NIS of some of the innovations of an estimate, by their block of its innovation covariance; NaN if there is none.
+double nis_of(const Estimate& m, const std::vector<std::size_t>& keep) {
+  std::vector<double> innovation;
+  for (const std::size_t i : keep) innovation.push_back(m.innovation[i]);
+  return normalised_square(innovation, sub_block(m.innovation_covariance, m.innovation.size(), keep));
+}
+
+// The measurements in an estimate, in its order: the sensor of each, and which of the innovations are its. A quantity that comes
+// again is of another measurement.
+std::vector<std::pair<std::string, std::vector<std::size_t>>> blocks_of(const Estimate& m) {
+  std::vector<std::pair<std::string, std::vector<std::size_t>>> blocks;
+  for (std::size_t i = 0; i < m.innovation_of.size(); ++i) {
+    const std::string sensor = sensor_of(m.innovation_of[i]);
+    const auto same = std::find_if(blocks.rbegin(), blocks.rend(), [&](const auto& block) { return block.first == sensor; });
+    const bool is_again = same != blocks.rend() && std::any_of(same->second.begin(), same->second.end(), [&](std::size_t k) {
+                            return m.innovation_of[k] == m.innovation_of[i];
+                          });
+    if (same == blocks.rend() || is_again)
+      blocks.emplace_back(sensor, std::vector<std::size_t>{i});
+    else
+      same->second.push_back(i);
+  }
+  return blocks;
+}
+
+// Names of readings (components: the first stands for all) without whose newest an estimator that uses the sensor is not done. A
+// position fix corrects a dead reckoning, which goes on with every reading of the IMU.
+std::vector<std::string> readings_behind(const std::string& sensor) {
+  const InnovationSensor* known = known_sensor(sensor);
+  const std::string quantity = known && !components_of(known->name).empty() ? std::string(components_of(known->name)[0].name) : sensor;
+  if (known && known->is_position) return {quantity, std::string(kImuComponents[0].name)};
+  return {quantity};
+}
+
 }  // namespace
 
 bool SequenceCheck::accept(std::int64_t seq) {
@@ -90,11 +126,19 @@ std::int64_t EstimatorRecord::reported_rejected() const {
 }
 
 double EstimatorRecord::sigma(std::size_t row, std::size_t state) const {
-  const double variance = covariance[row * states * states + state * states + state];
-  return variance > 0.0 && std::isfinite(variance) ? std::sqrt(variance) : kNan;
+  const double squared = variance(row, state, state);
+  return squared > 0.0 && std::isfinite(squared) ? std::sqrt(squared) : kNan;
 }
 
-RunRecord::RunRecord(RunInfo info) : info_(std::move(info)) { truth_.column.resize(info_.truth_names.size()); }
+double EstimatorRecord::variance(std::size_t row, std::size_t i, std::size_t j) const {
+  const std::size_t low = std::min(i, j), high = std::max(i, j);
+  return covariance[row * states * (states + 1) / 2 + high * (high + 1) / 2 + low];
+}
+
+RunRecord::RunRecord(RunInfo info) : info_(std::move(info)) {
+  truth_.column.resize(info_.truth_names.size());
+  truth_.newest.resize(info_.truth_names.size(), kNan);
+}
 
 void RunRecord::add(const Truth& m) {
   if (m.value.size() != truth_.column.size() || truth_.utime.size() >= kMaxRows) {
@@ -103,7 +147,12 @@ void RunRecord::add(const Truth& m) {
   }
   if (!truth_.sequence.accept(m.header.seq) || !is_newer(truth_.utime, m.header.utime, truth_.sequence)) return;
   truth_.utime.push_back(m.header.utime);
-  for (std::size_t i = 0; i < m.value.size(); ++i) truth_.column[i].push_back(std::isfinite(m.value[i]) ? m.value[i] : kNan);
+  for (std::size_t i = 0; i < m.value.size(); ++i) {
+    double value = m.value[i];
+    if (is_angle(info_.truth_units[i])) value = nearest_turn(value, truth_.newest[i]);
+    if (std::isfinite(value)) truth_.newest[i] = value;
+    truth_.column[i].push_back(std::isfinite(value) ? value : kNan);
+  }
 }
 
 void RunRecord::add(const Reading& m) {
@@ -122,9 +171,15 @@ void RunRecord::add(const std::string& quantity, const Header& header, double va
     ++rejected_;
     return;
   }
-  if (!record->sequence.accept(header.seq) || !is_newer(record->utime, header.utime, record->sequence)) return;
-  record->utime.push_back(header.utime);
-  record->value.push_back(value);
+  if (!record->sequence.accept(header.seq)) return;
+  const auto at = std::lower_bound(record->utime.begin(), record->utime.end(), header.utime);
+  if (at != record->utime.end() && *at == header.utime) {
+    ++record->sequence.out_of_order;
+    return;
+  }
+  if (at != record->utime.end()) ++record->late;
+  record->value.insert(record->value.begin() + (at - record->utime.begin()), value);
+  record->utime.insert(at, header.utime);
 }
 
 void RunRecord::add(const Announcement& m) {
@@ -179,18 +234,36 @@ void RunRecord::add(const Estimate& m) {
   r.utime.push_back(m.header.utime);
   r.row_status.push_back(*r.status);
   for (std::size_t i = 0; i < r.states; ++i) r.mean[i].push_back(scored ? m.mean[i] : kNan);
-  r.covariance.insert(r.covariance.end(), m.covariance.begin(), m.covariance.end());
+  for (std::size_t i = 0; i < r.states; ++i)
+    for (std::size_t j = 0; j <= i; ++j) r.covariance.push_back(m.covariance[i * r.states + j]);
   r.step_time_us.push_back(m.step_time_us >= 0.0 && std::isfinite(m.step_time_us) ? m.step_time_us : kNan);
-  r.nis.push_back(scored ? normalised_square(m.innovation, m.innovation_covariance) : kNan);
+  std::vector<std::size_t> used;
+  for (std::size_t i = 0; i < m.innovation.size(); ++i)
+    if (m.gated[i] == 0) used.push_back(i);
+  r.nis.push_back(scored ? nis_of(m, used) : kNan);
+  r.nis_dimension.push_back(static_cast<int>(used.size()));
+  if (scored) add_innovations(r, m);
+}
+
+void RunRecord::add_innovations(EstimatorRecord& r, const Estimate& m) {
   const std::size_t measured = m.innovation.size();
-  r.nis_dimension.push_back(static_cast<int>(measured));
-  for (std::size_t i = 0; scored && i < measured; ++i) {
+  for (std::size_t i = 0; i < measured; ++i) {
     InnovationRecord* innovation = entry(r.innovation_of, m.innovation_of[i]);
     if (!innovation) continue;
     const double variance = m.innovation_covariance[i * measured + i];
     innovation->utime.push_back(m.header.utime);
     innovation->innovation.push_back(m.innovation[i]);
     innovation->sigma.push_back(variance > 0.0 ? std::sqrt(variance) : kNan);
+  }
+  char place = 0;
+  for (const auto& [sensor, block] : blocks_of(m)) {
+    SensorRecord* record = entry(r.sensors, sensor);
+    if (!record) continue;
+    record->row.push_back(r.utime.size() - 1);
+    record->nis.push_back(nis_of(m, block));
+    record->dimension.push_back(static_cast<int>(block.size()));
+    record->gated.push_back(std::any_of(block.begin(), block.end(), [&](std::size_t i) { return m.gated[i] != 0; }) ? 1 : 0);
+    record->place.push_back(place++);
   }
 }
 
@@ -210,11 +283,11 @@ const std::vector<double>* RunRecord::truth_column(const std::string& name) cons
 bool RunRecord::awaits_estimates() const {
   for (const auto& [name, estimator] : estimators_) {
     if (estimator.presence == Presence::kLeft || estimator.utime.empty()) continue;
-    for (const auto& [quantity, innovation] : estimator.innovation_of) {
-      const auto reading = readings_.find(quantity);
-      if (reading != readings_.end() && !reading->second.utime.empty() && reading->second.utime.back() > estimator.utime.back())
-        return true;
-    }
+    for (const auto& [sensor, unused] : estimator.sensors)
+      for (const std::string& quantity : readings_behind(sensor)) {
+        const auto reading = readings_.find(quantity);
+        if (reading != readings_.end() && reading->second.utime.back() > estimator.utime.back()) return true;
+      }
   }
   return false;
 }

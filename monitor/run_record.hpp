@@ -2,7 +2,9 @@
 // everything that scores, draws and writes.
 //
 // A message that does not fit (wrong length, not finite where it must be, an unsafe name, a table that is full) is counted as
-// rejected; one that is not newer than what its sender already said is counted as out of order. Both stay out of the series.
+// rejected; one that its sender already said, or truth and estimates that are not newer, as out of order. Both stay out of the
+// series. A reading that was sent in order but measured before its predecessor (a late fix) is no error: it takes its place in
+// time and is counted as late. Angles of the truth are unwrapped (angles.hpp).
 #pragma once
 
 #include <limits>
@@ -45,6 +47,7 @@ struct SequenceCheck {
 struct TruthRecord {
   std::vector<Utime> utime;
   std::vector<std::vector<double>> column;  // one per RunInfo::truth_names
+  std::vector<double> newest;               // of each column, known; NaN: none is
   SequenceCheck sequence;
 };
 
@@ -52,12 +55,23 @@ struct ReadingRecord {
   std::vector<Utime> utime;
   std::vector<double> value;
   SequenceCheck sequence;
+  std::int64_t late = 0;  // measured before a reading that had come before
 };
 
 struct InnovationRecord {
   std::vector<Utime> utime;
   std::vector<double> innovation;
   std::vector<double> sigma;  // square root of its variance; NaN if that is not positive
+};
+
+// The measurements of one sensor (innovation_sensors.hpp) as a whole. Its quantities' InnovationRecords run beside it: their
+// entry k belongs to its entry k, unless the estimator leaves some of them out.
+struct SensorRecord {
+  std::vector<std::size_t> row;  // of the estimator's, not decreasing: an estimate may hold several
+  std::vector<double> nis;       // of the sensor's block of the innovation covariance; NaN: not known
+  std::vector<int> dimension;
+  std::vector<char> gated;       // left out of the estimate
+  std::vector<char> place;       // among the measurements in its estimate, which are processed one after another
 };
 
 // A process of an estimator's name, and what it counted itself. A restart begins another one, which counts from 0.
@@ -77,11 +91,12 @@ struct EstimatorRecord {
   std::vector<Utime> utime;
   std::vector<EstimateStatus> row_status;
   std::vector<std::vector<double>> mean;  // n columns; NaN where the estimate is not to be scored
-  std::vector<double> covariance;         // rows of n * n
-  std::vector<double> nis;                // NaN where nothing was measured
+  std::vector<double> covariance;         // rows of n (n + 1)/2: the lower triangle, row by row
+  std::vector<double> nis;                // of what was not gated; NaN where nothing was measured
   std::vector<int> nis_dimension;
   std::vector<double> step_time_us;
   std::map<std::string, InnovationRecord> innovation_of;  // by quantity
+  std::map<std::string, SensorRecord> sensors;            // by sensor
 
   SequenceCheck sequence;
   std::int64_t late = 0;
@@ -92,6 +107,7 @@ struct EstimatorRecord {
 
   std::int64_t reported_lost() const;  // by the estimator itself, over all its lives
   std::int64_t reported_rejected() const;
+  double variance(std::size_t row, std::size_t i, std::size_t j) const;  // of states i and j
   double sigma(std::size_t row, std::size_t state) const;
 };
 
@@ -124,6 +140,7 @@ class RunRecord {
 
  private:
   void add(const std::string& quantity, const Header& header, double value);
+  void add_innovations(EstimatorRecord& r, const Estimate& m);
 
   RunInfo info_;
   TruthRecord truth_;

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "monitor/angles.hpp"
+#include "monitor/health.hpp"
+
 namespace slipstream {
 namespace {
 
@@ -13,13 +16,22 @@ std::vector<double> nees_rows(const EstimatorRecord& r, const std::vector<StateC
                               const std::vector<std::size_t>& known) {
   std::vector<double> nees(r.utime.size(), kNan);
   if (known.empty()) return nees;
-  const std::size_t n = r.states;
-  std::vector<double> error(known.size());
+  std::vector<double> error(known.size()), P(known.size() * known.size());
   for (std::size_t row = 0; row < r.utime.size(); ++row) {
-    for (std::size_t i = 0; i < known.size(); ++i) error[i] = r.mean[known[i]][row] - states[known[i]].truth[row];
-    nees[row] = normalised_square(error, sub_block(std::span(r.covariance).subspan(row * n * n, n * n), n, known));
+    for (std::size_t i = 0; i < known.size(); ++i) {
+      error[i] = states[known[i]].estimate[row] - states[known[i]].truth[row];
+      for (std::size_t j = 0; j < known.size(); ++j) P[i * known.size() + j] = r.variance(row, known[i], known[j]);
+    }
+    nees[row] = normalised_square(error, P);
   }
   return nees;
+}
+
+SensorScore score_sensor(const std::string& name, const SensorRecord& r) {
+  std::vector<double> used = r.nis;
+  for (std::size_t i = 0; i < used.size(); ++i)
+    if (r.gated[i] != 0) used[i] = kNan;
+  return {name, score_consistency(used, r.dimension), std::ssize(r.nis), std::count(r.gated.begin(), r.gated.end(), 1)};
 }
 
 EstimatorScore score_estimator(const RunRecord& run, const std::string& name, const EstimatorRecord& r) {
@@ -28,11 +40,12 @@ EstimatorScore score_estimator(const RunRecord& run, const std::string& name, co
   s.record = &r;
   std::vector<std::size_t> known;
   for (std::size_t i = 0; i < r.state_names.size(); ++i) {
-    StateColumn state{r.state_names[i], r.state_units[i], {}, kNan, std::vector<double>(r.utime.size(), kNan)};
+    const std::vector<double> none(r.utime.size(), kNan);
+    StateColumn state{r.state_names[i], r.state_units[i], {}, kNan, none, r.states > 0 ? r.mean[i] : none};
     if (const std::vector<double>* truth = run.truth_column(state.name))
       state.truth = truth_at_all(run.truth().utime, *truth, r.utime);
-    const std::vector<double> none(r.utime.size(), kNan);
-    state.score = score_state(state.truth, r.states > 0 ? r.mean[i] : none);
+    if (is_angle(state.unit)) state.estimate = on_turn_of(state.truth, state.estimate);
+    state.score = score_state(state.truth, state.estimate);
     if (state.score.samples > 0) {
       state.max_error_s = seconds(r.utime[state.score.max_index]);
       known.push_back(i);
@@ -47,6 +60,10 @@ EstimatorScore score_estimator(const RunRecord& run, const std::string& name, co
     if (r.row_status[row] != EstimateStatus::kInitialising) step_time_us.push_back(r.step_time_us[row]);
   s.nis_score = score_consistency(r.nis, r.nis_dimension);
   s.nis_ratio = consistency_ratio(r.nis, r.nis_dimension);
+  for (const auto& [sensor, record] : r.sensors) s.sensors.push_back(score_sensor(sensor, record));
+  Health health;
+  health.update(r);
+  s.findings = health.findings(r);
   s.step_times = score_step_times(step_time_us, run.info().deadline_s);
 
   const auto count = [&](EstimateStatus status) { return std::count(r.row_status.begin(), r.row_status.end(), status); };
@@ -81,7 +98,8 @@ void RunningScore::update(const RunRecord& run, const EstimatorRecord& r) {
     }
     for (std::size_t i = 0; i < r.states && i < r.state_names.size(); ++i) {
       const std::vector<double>* truth = run.truth_column(r.state_names[i]);
-      const double e = truth ? r.mean[i][next_row_] - truth_at(truth_utime, *truth, t) : kNan;
+      const double y = truth ? truth_at(truth_utime, *truth, t) : kNan, x = r.mean[i][next_row_];
+      const double e = (i < r.state_units.size() && is_angle(r.state_units[i]) ? nearest_turn(x, y) : x) - y;
       if (!std::isfinite(e)) continue;
       square_sum_[i] += e * e;
       count_[i] += 1.0;

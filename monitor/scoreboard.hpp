@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "monitor/diagnosis.hpp"
 #include "monitor/run_record.hpp"
 #include "monitor/scores.hpp"
 
@@ -16,7 +17,15 @@ struct StateColumn {
   std::string name, unit;
   StateScore score;
   double max_error_s;         // simulation time of the largest error
-  std::vector<double> truth;  // at the estimator's instants; NaN: not known
+  std::vector<double> truth;     // at the estimator's instants; NaN: not known
+  std::vector<double> estimate;  // as published, but an angle on the turn of its truth
+};
+
+struct SensorScore {
+  std::string sensor;    // innovation_sensors.hpp
+  Consistency nis;       // of what was not gated
+  std::int64_t samples;  // with the gated ones
+  std::int64_t gated;
 };
 
 struct EstimatorScore {
@@ -26,6 +35,8 @@ struct EstimatorScore {
   std::vector<double> nees;  // per row; NaN: not known
   Consistency nees_score;    // dimension: the states with a known truth
   Consistency nis_score;     // over all steps that measured something; dimension: their mean number of measurements
+  std::vector<SensorScore> sensors;
+  std::vector<Finding> findings;  // what is wrong with its sensors
   double nis_ratio;          // sum NIS / sum dimension over all steps
   StepTimes step_times;      // of all steps but those spent waiting for a start
   std::int64_t valid = 0, fallback = 0, invalid = 0, initialising = 0;

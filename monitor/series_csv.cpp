@@ -1,4 +1,5 @@
-// series.csv: a merge of all series over utime, one row an instant.
+// series.csv: a merge of all series over utime, one row an instant. Angles in rad: the truth unwrapped, estimates on its turn, so
+// that their difference is the error.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -53,7 +54,7 @@ std::vector<Block> blocks_of(const Results& results) {
     header += fmt::format(",{0}.status,{0}.nees,{0}.nis,{0}.step_time_us", s.name);
     blocks.push_back({&r.utime, header, 2 * r.states + 4, [&s, &r](std::string& line, std::size_t row) {
                         for (std::size_t i = 0; i < r.states; ++i) {
-                          append(line, r.mean[i][row]);
+                          append(line, i < s.states.size() ? s.states[i].estimate[row] : r.mean[i][row]);
                           append(line, r.sigma(row, i));
                         }
                         line += fmt::format(",{}", static_cast<int>(r.row_status[row]));

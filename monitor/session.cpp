@@ -93,6 +93,7 @@ void Session::open(const RunDescriptor& m) {
   newest_.clear();
   joined_.clear();
   conflicts_said_.clear();
+  health_.clear();
   progress_seq_ = 0;
   for (const auto& [name, announcement] : waiting_)
     if (announcement.header.run_id == 0 || announcement.header.run_id == m.header.run_id) run_->add(announcement);
@@ -121,7 +122,11 @@ void Session::handle(const Estimate& m) {
   if (!belongs(m.header)) return;
   run_->add(m);
   const auto found = run_->estimators().find(m.name);
-  if (found != run_->estimators().end() && found->second.status)
+  if (found == run_->estimators().end()) return;
+  Health& health = health_[m.name];
+  health.update(found->second);
+  for (const std::string& line : health.take_news()) hooks_.warn(fmt::format("{}: {}", plain_line(m.name), line));
+  if (found->second.status)
     say_status(m.name, fmt::format("{} at {:.2f} s", status_name(*found->second.status), seconds(found->second.utime.back())));
 }
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "monitor/angles.hpp"
+#include "monitor/innovation_sensors.hpp"
 #include "monitor/text.hpp"
 
 namespace slipstream {
@@ -55,10 +57,12 @@ Table accuracy_table(const Results& results) {
     for (const EstimatorScore& s : results.board.estimators) {
       for (const StateColumn& state : s.states) {
         if (state.name != name) continue;
-        std::vector<std::string> row{axis_label(name, state.unit), s.name, or_dash(s.record->tuning), r2_text(state.score.r2)};
+        const double scale = shown_scale(state.unit);
+        std::vector<std::string> row{axis_label(name, shown_unit(state.unit)), s.name, or_dash(s.record->tuning),
+                                     r2_text(state.score.r2)};
         if (results.published) row.push_back(published_text(published_row(results, s, name, "r2"), true));
-        row.push_back(number_text(state.score.rmse));
-        row.push_back(number_text(state.score.max_abs_error));
+        row.push_back(number_text(scale * state.score.rmse));
+        row.push_back(number_text(scale * state.score.max_abs_error));
         row.push_back(std::isfinite(state.max_error_s) ? fmt::format("{:.2f}", state.max_error_s) : "-");
         table.rows.push_back(std::move(row));
       }
@@ -85,6 +89,25 @@ Table consistency_table(const Results& results) {
                           band_text(s.nees_score), verdict(s.nees_score), number_text(s.nis_score.mean),
                           number_text(s.nis_score.dimension, 3), band_text(s.nis_score), verdict(s.nis_score),
                           number_text(s.nis_ratio)});
+  return table;
+}
+
+Table sensor_table(const Results& results) {
+  Table table{"Consistency of each sensor",
+              {{"estimator", false},
+               {"sensor", false},
+               {"measured"},
+               {"gated"},
+               {"NIS"},
+               {"m"},
+               {"95 % band"},
+               {"mean is"}},
+              {}};
+  for (const EstimatorScore& s : results.board.estimators)
+    for (const SensorScore& sensor : s.sensors)
+      table.rows.push_back({s.name, sensor_label(sensor.sensor), fmt::format("{}", sensor.samples),
+                            fmt::format("{}", sensor.gated), number_text(sensor.nis.mean),
+                            number_text(sensor.nis.dimension, 3), band_text(sensor.nis), verdict(sensor.nis)});
   return table;
 }
 

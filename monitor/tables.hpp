@@ -22,6 +22,8 @@ struct Table {
 Table accuracy_table(const Results& results);
 // One row per estimator: NEES and NIS with their mean dimensions n and m and their 95 % bands.
 Table consistency_table(const Results& results);
+// One row per estimator and sensor: NIS with its dimension and 95 % band, and what was left out.
+Table sensor_table(const Results& results);
 // One row per estimator: time a step, with the published one, and deadline misses.
 Table timing_table(const Results& results);
 // One row per estimator: what became of its estimates and messages.

@@ -58,6 +58,7 @@ class TestRun {
     m.innovation_of = {"speed_mps"};
     m.innovation = {speed_error};
     m.innovation_covariance = {1.0};
+    m.gated = {0};
     m.step_time_us = 100.0 + i;
     return m;
   }

@@ -250,6 +250,7 @@ TEST(Results, AFractionalDimensionIsShownShort) {
   both.innovation_of = {"speed_mps", "a_x_mps2"};
   both.innovation = {1.0, 2.0};
   both.innovation_covariance = {1.0, 0.0, 0.0, 1.0};
+  both.gated = {0, 0};
   t.session.handle(both);
   const TestResults r(t.session);
   const Json e = Json::parse(scores_json(r.results))["estimators"]["ekf"];

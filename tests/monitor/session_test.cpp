@@ -366,12 +366,14 @@ TEST(RunRecord, NisCoversStepsOfUnequalDimension) {
   both.innovation_of = {"speed_mps", "a_x_mps2"};
   both.innovation = {1.0, 2.0};
   both.innovation_covariance = {1.0, 0.0, 0.0, 1.0};
+  both.gated = {0, 0};
   t.session.handle(both);                // NIS 5
   t.session.handle(t.estimate(1, 1.0));  // NIS 1, speed only
   Estimate nothing = t.estimate(2, 0.0);
   nothing.innovation_of.clear();
   nothing.innovation.clear();
   nothing.innovation_covariance.clear();
+  nothing.gated.clear();
   t.session.handle(nothing);
   const Scoreboard board = score_run(*t.session.run());
   const EstimatorScore& s = board.estimators[0];
