@@ -51,31 +51,41 @@ void mirror(ErrorCovariance& p) {
     for (int r = 0; r < c; ++r) p(r, c) = p(c, r);
 }
 
-// What is not zero in H: at most three blocks of columns.
+// H: identity (or nothing) on the position, and blocks for velocity, attitude and gyro bias where they are not zero.
 struct SparseRows {
-  int count = 0;
-  std::array<int, 3> at{};
-  std::array<Matrix3, 3> h;
-  void add(int column, const Matrix3& block) {
-    at[static_cast<std::size_t>(count)] = column;
-    h[static_cast<std::size_t>(count++)] = block;
-  }
+  bool position = false, velocity = false, attitude = false, gyro_bias = false;
+  Matrix3 of_velocity, of_attitude, of_gyro_bias;
 };
-// Columns of three, N rows used.
+// Fifteen rows, and one more that makes pairs of them.
 using Tall = Eigen::Matrix<double, kErrors + 1, 3>;
 
 template <int N>
-void times_transposed(const ErrorCovariance& p, const SparseRows& rows, Tall& to) {
-  to.setZero();
-  for (int i = 0; i < rows.count; ++i) {
-    const std::size_t k = static_cast<std::size_t>(i);
-    const double *s0 = &p(0, rows.at[k]), *s1 = &p(0, rows.at[k] + 1), *s2 = &p(0, rows.at[k] + 2);
-    const Matrix3& h = rows.h[k];
-    for (int c = 0; c < 3; ++c) {
-      double* target = &to(0, c);
-      for (int r = 0; r < N; ++r) target[r] += s0[r] * h(c, 0) + s1[r] * h(c, 1) + s2[r] * h(c, 2);
-    }
+void add_product(const ErrorCovariance& p, int from, const Matrix3& h, Tall& to) {
+  for (int c = 0; c < 3; ++c)
+    for (int r = 0; r < N; ++r) to(r, c) += p(r, from) * h(c, 0) + p(r, from + 1) * h(c, 1) + p(r, from + 2) * h(c, 2);
+}
+// P H'.
+template <int N>
+void times_transposed(const ErrorCovariance& p, const SparseRows& h, Tall& to) {
+  if (h.position) {
+    for (int c = 0; c < 3; ++c)
+      for (int r = 0; r < N; ++r) to(r, c) = p(r, c);
+  } else {
+    to.setZero();
   }
+  if (h.velocity) add_product<N>(p, kVelocity, h.of_velocity, to);
+  if (h.attitude) add_product<N>(p, kAttitude, h.of_attitude, to);
+  if (N == kErrors && h.gyro_bias) add_product<N>(p, kGyroBias, h.of_gyro_bias, to);
+}
+// H A.
+template <int N>
+Matrix3 times(const SparseRows& h, const Tall& a) {
+  Matrix3 to = Matrix3::Zero();
+  if (h.position) to = a.block<3, 3>(kPosition, 0);
+  if (h.velocity) to += h.of_velocity * a.block<3, 3>(kVelocity, 0);
+  if (h.attitude) to += h.of_attitude * a.block<3, 3>(kAttitude, 0);
+  if (N == kErrors && h.gyro_bias) to += h.of_gyro_bias * a.block<3, 3>(kGyroBias, 0);
+  return to;
 }
 
 // N: 15, or 9 where biases are left out, whose blocks are then never touched.
@@ -132,10 +142,8 @@ class EsEkf final : public NavigationFilter {
     ErrorCovariance& p = belief.P;
     Tall ph;
     times_transposed<N>(p, h, ph);
-    Matrix3 hph = Matrix3::Zero(), s_inverse;
-    for (int k = 0; k < h.count; ++k)
-      hph += h.h[static_cast<std::size_t>(k)] * ph.template block<3, 3>(h.at[static_cast<std::size_t>(k)], 0);
-    i.gated = !weigh(m, predicted(belief.x, m), hph, i, s_inverse) || i.nis > gate;
+    Matrix3 s_inverse;
+    i.gated = !weigh(m, predicted(belief.x, m), times<N>(h, ph), i, s_inverse) || i.nis > gate;
     if (i.gated) return i;
 
     Tall gain;
@@ -169,9 +177,10 @@ class EsEkf final : public NavigationFilter {
   static SparseRows jacobian(const NavigationState& x, const NavigationMeasurement& m) {
     SparseRows h;
     if (m.kind == NavigationMeasurement::kPoint) {
-      h.add(kPosition, Matrix3::Identity());
-      if (!m.l.isZero(0.0))
-        h.add(kAttitude, kGlobal ? Matrix3(skew(-(x.q_WS * m.l))) : Matrix3(-(x.q_WS.toRotationMatrix() * skew(m.l))));
+      h.position = true;
+      h.attitude = !m.l.isZero(0.0);
+      if (h.attitude)
+        h.of_attitude = kGlobal ? Matrix3(skew(-(x.q_WS * m.l))) : Matrix3(-(x.q_WS.toRotationMatrix() * skew(m.l)));
       return h;
     }
     const Matrix3 r_t = x.q_WS.toRotationMatrix().transpose();
@@ -180,9 +189,11 @@ class EsEkf final : public NavigationFilter {
       for (int i = 0; i < m.size; ++i) selected.row(i) = (m.R_BS * of).row(m.rows[static_cast<std::size_t>(i)]);
       return selected;
     };
-    h.add(kVelocity, rows(r_t));
-    h.add(kAttitude, rows(kGlobal ? Matrix3(r_t * skew(x.v_WS)) : skew(r_t * x.v_WS)));
-    if (N == kErrors && !m.l.isZero(0.0)) h.add(kGyroBias, rows(skew(m.l)));
+    h.velocity = h.attitude = true;
+    h.of_velocity = rows(r_t);
+    h.of_attitude = rows(kGlobal ? Matrix3(r_t * skew(x.v_WS)) : skew(r_t * x.v_WS));
+    h.gyro_bias = !m.l.isZero(0.0);
+    if (h.gyro_bias) h.of_gyro_bias = rows(skew(m.l));
     return h;
   }
 
