@@ -28,14 +28,19 @@ void check([[maybe_unused]] const ErrorCovariance& p) {
 #endif
 }
 
-// P's columns to ... to + 2 += those from ... from + 2 times b; rows `first` and on, N in all.
+// to += A b for the first kRows rows of A's three columns, `stride` numbers apart. What all of this file's time goes into: the
+// compiler must know how many rows and that nothing overlaps.
+template <int kRows>
+[[gnu::always_inline]] inline void add_product(double* __restrict to, const double* __restrict a, int stride, double b0,
+                                               double b1, double b2) {
+  const double* __restrict a1 = a + stride, * __restrict a2 = a + 2 * stride;
+  for (int r = 0; r < kRows; ++r) to[r] += a[r] * b0 + a1[r] * b1 + a2[r] * b2;
+}
+
+// P's columns to ... to + 2 += those from ... from + 2 times b, in its first N rows.
 template <int N>
 void add_columns(ErrorCovariance& p, int to, int from, const Matrix3& b) {
-  for (int c = 0; c < 3; ++c) {
-    double* target = &p(0, to + c);
-    const double *s0 = &p(0, from), *s1 = &p(0, from + 1), *s2 = &p(0, from + 2);
-    for (int r = 0; r < N; ++r) target[r] += s0[r] * b(0, c) + s1[r] * b(1, c) + s2[r] * b(2, c);
-  }
+  for (int c = 0; c < 3; ++c) add_product<N>(&p(0, to + c), &p(0, from), kErrors, b(0, c), b(1, c), b(2, c));
 }
 // Its rows to ... to + 2 += b times those from ... from + 2, in the first `columns` columns.
 template <int Columns>
@@ -44,6 +49,12 @@ void add_rows(ErrorCovariance& p, int to, int from, const Matrix3& b) {
     const double s0 = p(from, c), s1 = p(from + 1, c), s2 = p(from + 2, c);
     for (int r = 0; r < 3; ++r) p(to + r, c) += b(r, 0) * s0 + b(r, 1) * s1 + b(r, 2) * s2;
   }
+}
+// f<0>(), f<3>(), ... : with sizes known to the compiler its loops have neither heads nor tails.
+template <int N, int kBlock = 0, typename F>
+void for_blocks(const F& f) {
+  f.template operator()<kBlock>();
+  if constexpr (kBlock + 3 < N) for_blocks<N, kBlock + 3>(f);
 }
 template <int N>
 void mirror(ErrorCovariance& p) {
@@ -55,6 +66,7 @@ void mirror(ErrorCovariance& p) {
 struct SparseRows {
   bool position = false, velocity = false, attitude = false, gyro_bias = false;
   Matrix3 of_velocity, of_attitude, of_gyro_bias;
+<<<<<<< HEAD
 };
 // Fifteen rows, and one more that makes pairs of them.
 using Tall = Eigen::Matrix<double, kErrors + 1, 3>;
@@ -63,6 +75,20 @@ template <int N>
 void add_product(const ErrorCovariance& p, int from, const Matrix3& h, Tall& to) {
   for (int c = 0; c < 3; ++c)
     for (int r = 0; r < N; ++r) to(r, c) += p(r, from) * h(c, 0) + p(r, from + 1) * h(c, 1) + p(r, from + 2) * h(c, 2);
+=======
+  bool needs(int block) const {
+    return (block == kPosition && position) || (block == kVelocity && velocity) || (block == kAttitude && attitude) ||
+           (block == kGyroBias && gyro_bias);
+  }
+};
+// Fifteen rows, and one more that makes pairs of them.
+constexpr int kTallRows = kErrors + 1;
+using Tall = Matrix<double, kTallRows, 3>;
+
+template <int N>
+void add_product(const ErrorCovariance& p, int from, const Matrix3& h, Tall& to) {
+  for (int c = 0; c < 3; ++c) add_product<N>(&to(0, c), &p(0, from), kErrors, h(c, 0), h(c, 1), h(c, 2));
+>>>>>>> h-filter
 }
 // P H'.
 template <int N>
@@ -86,6 +112,16 @@ Matrix3 times(const SparseRows& h, const Tall& a) {
   if (h.attitude) to += h.of_attitude * a.block<3, 3>(kAttitude, 0);
   if (N == kErrors && h.gyro_bias) to += h.of_gyro_bias * a.block<3, 3>(kGyroBias, 0);
   return to;
+<<<<<<< HEAD
+=======
+}
+
+// P -= A B' in the columns of a block, from row kFirst.
+template <int N, int kBlock, int kFirst>
+void subtract_products(ErrorCovariance& p, const Tall& a, const Tall& b) {
+  for (int c = kBlock; c < kBlock + 3; ++c)
+    add_product<N - kFirst>(&p(kFirst, c), &a(kFirst, 0), kTallRows, -b(c, 0), -b(c, 1), -b(c, 2));
+>>>>>>> h-filter
 }
 
 // N: 15, or 9 where biases are left out, whose blocks are then never touched.
@@ -146,26 +182,27 @@ class EsEkf final : public NavigationFilter {
     i.gated = !weigh(m, predicted(belief.x, m), times<N>(h, ph), i, s_inverse) || i.nis > gate;
     if (i.gated) return i;
 
-    Tall gain;
+    Tall gain = Tall::Zero();
     for (int c = 0; c < 3; ++c)
-      for (int r = 0; r < N; ++r)
-        gain(r, c) = ph(r, 0) * s_inverse(0, c) + ph(r, 1) * s_inverse(1, c) + ph(r, 2) * s_inverse(2, c);
+      add_product<N>(&gain(0, c), &ph(0, 0), kTallRows, s_inverse(0, c), s_inverse(1, c), s_inverse(2, c));
     ErrorVector d = ErrorVector::Zero();
-    for (int r = 0; r < N; ++r) d[r] = gain(r, 0) * i.nu[0] + gain(r, 1) * i.nu[1] + gain(r, 2) * i.nu[2];
+    add_product<N>(d.data(), &gain(0, 0), kTallRows, i.nu[0], i.nu[1], i.nu[2]);
     belief.x = plus(belief.x, d, kError);
 
-    // M = (I - K H) P, then P = M (I - K H)' + K R K' = M - (M H' - K R) K'.
-    for (int c = 0; c < N; ++c)
-      for (int r = 0; r < N; ++r) p(r, c) -= gain(r, 0) * ph(c, 0) + gain(r, 1) * ph(c, 1) + gain(r, 2) * ph(c, 2);
-    Tall mh;
-    times_transposed<N>(p, h, mh);
+    // M = (I - K H) P, in full where M H' asks for it; then P = M (I - K H)' + K R K' = M - (M H' - K R) K'.
+    for_blocks<N>([&]<int kBlock>() {
+      if (h.needs(kBlock))
+        subtract_products<N, kBlock, 0>(p, gain, ph);
+      else
+        subtract_products<N, kBlock, kBlock>(p, gain, ph);
+    });
+    Tall w;
+    times_transposed<N>(p, h, w);
     Matrix3 noise = Matrix3::Zero();
     for (int r = 0; r < m.size; ++r)
       for (int c = 0; c < m.size; ++c) noise(r, c) = m.R(r, c);
-    for (int c = 0; c < 3; ++c)
-      for (int r = 0; r < N; ++r) mh(r, c) -= gain(r, 0) * noise(0, c) + gain(r, 1) * noise(1, c) + gain(r, 2) * noise(2, c);
-    for (int c = 0; c < N; ++c)
-      for (int r = c; r < N; ++r) p(r, c) -= mh(r, 0) * gain(c, 0) + mh(r, 1) * gain(c, 1) + mh(r, 2) * gain(c, 2);
+    for (int c = 0; c < 3; ++c) add_product<N>(&w(0, c), &gain(0, 0), kTallRows, -noise(0, c), -noise(1, c), -noise(2, c));
+    for_blocks<N>([&]<int kBlock>() { subtract_products<N, kBlock, kBlock>(p, w, gain); });
     mirror<N>(p);
     check(p);
     return i;

@@ -32,7 +32,8 @@ NavigationBelief start(const benchmark::State& state) {
   NavigationBelief b;
   b.x.v_WS = {6.6, 0.0, 0.0};
   ErrorVector variance;
-  variance << Vector3::Constant(1.0), Vector3::Constant(0.1), Vector3::Constant(1e-3), Vector3::Constant(1e-2), Vector3::Constant(1e-4);
+  variance << Vector3::Constant(1.0), Vector3::Constant(0.1), Vector3::Constant(1e-3), Vector3::Constant(1e-2),
+      Vector3::Constant(1e-4);
   b.P.diagonal().head(state.range(0)) = variance.head(state.range(0));
   return b;
 }

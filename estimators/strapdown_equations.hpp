@@ -20,8 +20,8 @@ inline bool is_usable(const Inertial& reading, const InertialNoise& noise, doubl
 }
 
 // R = C(q_WS) and turn = exp(w dt) of that step.
-inline NavigationState moved(const NavigationState& x, const Inertial& reading, double gravity_mps2, double dt_s, const Matrix3& r,
-                             const Rotation& turn) {
+inline NavigationState moved(const NavigationState& x, const Inertial& reading, double gravity_mps2, double dt_s,
+                             const Matrix3& r, const Rotation& turn) {
   Vector3 a = r * (reading.f - x.b_f);
   a[2] -= gravity_mps2;
   return {(x.q_WS * turn).normalized(), x.p_WS + dt_s * (x.v_WS + 0.5 * dt_s * a), x.v_WS + dt_s * a, x.b_f, x.b_w};
@@ -39,9 +39,10 @@ inline Vector3 predicted(const NavigationState& x, const NavigationMeasurement& 
   return h;
 }
 
-// nu = z - h and S = HPH' + R with ones on the diagonal beyond size; its inverse by S = L D L' and nis. False: S is not positive
-// definite, to what its digits allow, or something is not finite.
-inline bool weigh(const NavigationMeasurement& m, const Vector3& h, const Matrix3& hph, NavigationInnovation& i, Matrix3& inverse) {
+// nu = z - h and S = HPH' + R with ones on the diagonal beyond size; its inverse by S = L D L' and nis. False: S is not
+// positive definite, to what its digits allow, or something is not finite.
+inline bool weigh(const NavigationMeasurement& m, const Vector3& h, const Matrix3& hph, NavigationInnovation& i,
+                  Matrix3& inverse) {
   i.size = m.size;
   i.nu.setZero();
   i.S.setIdentity();

@@ -1,5 +1,5 @@
-// The steps of EKF, hierarchical EKF and particle filter allocate nothing on the heap. The C library's allocator is counted in
-// this whole test program.
+// The steps of EKF, hierarchical EKF, particle filter and strapdown filters allocate nothing on the heap. The C library's
+// allocator is counted in this whole test program.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -9,6 +9,7 @@
 
 #include "estimators/ekf.hpp"
 #include "estimators/hierarchical.hpp"
+#include "estimators/navigation.hpp"
 #include "estimators/particle_filter.hpp"
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
@@ -56,6 +57,21 @@ long allocations_of_steps(Estimator& estimator) {
   for (std::uint32_t k = 0; k < 1000; ++k) estimator.step({k % 100 == 99 ? 0.5 : 0.01, u, z, k % 4});
   return g_allocations - before;
 }
+
+long allocations_of_steps(const NavigationFilter& filter) {
+  NavigationBelief b;
+  b.P.diagonal().setConstant(0.01);
+  NavigationMeasurement fix, speed;
+  fix.l = {1.0, 0.0, 1.5};
+  speed.kind = NavigationMeasurement::kBodyVelocity;
+  speed.size = 2;
+  const long before = g_allocations;
+  for (int k = 0; k < 1000; ++k) {
+    filter.predict(b, {{0.1, 0.2, 9.81}, {0.0, 0.0, 0.1}}, {0.01, 0.001, 1e-6, 1e-8}, 0.01);
+    filter.update(b, k % 2 == 0 ? fix : speed, 100.0);
+  }
+  return g_allocations - before;
+}
 #endif
 
 TEST(NoHeap, StepsAllocateNothing) {
@@ -70,6 +86,13 @@ TEST(NoHeap, StepsAllocateNothing) {
   const std::unique_ptr<Estimator> pf =
       std::make_unique<ParticleFilter<LongitudinalFriction> >(belief(), 100, 0.5, true, RandomStream(1, 0, "estimator.pf"));
   EXPECT_EQ(allocations_of_steps(*pf), 0);
+
+  for (const bool biases : {true, false}) {
+    StrapdownTuning tuning;
+    tuning.biases = biases;
+    EXPECT_EQ(allocations_of_steps(*make_es_ekf({}, tuning)), 0);
+    EXPECT_EQ(allocations_of_steps(*make_navigation_ukf({}, tuning)), 0);
+  }
 
   const long counted = g_allocations;
   const auto proof = std::make_unique<std::array<double, 8> >();
