@@ -9,11 +9,13 @@
 // they are right, and so does the error of the estimate. Each explanation is fitted by least squares to the d, in W's axes:
 //   shift       d = t                       the offset of L's map
 //   lever arm   d = R_WB l                  where L sits on the body
-//   rotation    d = t + phi x (p - p mean)  the angle of L's map; directions about which the drive says nothing are left out
+//   rotation    d = t + phi x (p - p mean)  the angle of L's map; principal directions about which the drive says nothing, or whose
+//                                          component of phi is below four standard deviations, are left out
 // The one with the least  3N ln(SS_res) + k ln(3N)  (Schwarz 1978; k = 3, 3, 6) is the cause if it explains half of sum |d|^2,
-// and if its parameters are not by chance: (SS_tot - SS_res)/k > 10 SS_res/(3N - k). A shift that begins abruptly
-// (one of the first two NIS of the episode is not below their mean) after 20 consistent fixes of the sensor is a jump; a creeping
-// one is not yet explained. The fitted phi turns the fixes: R_used = exp(phi) R_right.
+// and if its parameters are not by chance: (SS_tot - SS_res)/k > 10 SS_res/(3N - k). No mounting begins to be wrong
+// during a drive: what begins abruptly (one of the first two NIS of the episode is an outlier and not below the mean) after 20
+// consistent fixes of the sensor is a jump, a shift that begins slowly is not yet explained. And none mends itself: such a finding
+// has no end, and takes in what the two sensors do later. The fitted phi turns the fixes: R_used = exp(phi) R_right.
 //
 // One sensor.
 //   jumps       at most half of the episode's measurements are outliers (sensor_watch.hpp), and without them the mean NIS is below
@@ -43,6 +45,7 @@ struct Finding {
   std::optional<double> until_s;
   double nis = 0.0, dimension = 0.0;  // means over the episode, of the less consistent one of the two
   std::int64_t measured = 0, outliers = 0, gated = 0;
+  std::vector<double> value;  // what was fitted: t or l (m), phi (rad), or k; empty: nothing
   std::string text;  // one sentence without a full stop
 };
 
