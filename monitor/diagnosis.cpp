@@ -359,6 +359,16 @@ std::vector<PositionPair> position_pairs(const EstimatorRecord& r, const std::st
   return pairs;
 }
 
+std::vector<Vector3> fix_positions(const EstimatorRecord& r, const std::string& sensor) {
+  const std::optional<Fixes> fixes = fixes_of(r, sensor);
+  const Columns place = columns_of(r, kPlace);
+  std::vector<Vector3> positions;
+  if (!fixes || place.empty()) return positions;
+  for (std::size_t k = 0; k < fixes->record->row.size(); ++k)
+    positions.emplace_back(at(r, place, fixes->record->row[k]) + fixes->rest(r, place, k));
+  return positions;
+}
+
 std::vector<Finding> diagnose(const EstimatorRecord& r, const std::vector<Ailing>& ailing) {
   std::vector<Ailing> rest = ailing;
   std::sort(rest.begin(), rest.end(), [](const Ailing& a, const Ailing& b) { return a.episode.since < b.episode.since; });

@@ -66,6 +66,9 @@ PairFit fit_pairs(std::span<const PositionPair> pairs);
 std::vector<PositionPair> position_pairs(const EstimatorRecord& r, const std::string& suspect, const std::string& other,
                                          std::size_t begin, std::size_t end);
 
+// Where the sensor's fixes lie in W by what the estimator said: its position after the update plus r. Empty without such a sensor.
+std::vector<Vector3> fix_positions(const EstimatorRecord& r, const std::string& sensor);
+
 struct Ailing {
   std::string sensor;
   Episode episode;

@@ -94,7 +94,7 @@ std::string LiveTable::lines(const RunRecord& run, std::size_t width) {
   for (const auto& [name, r] : run.estimators()) {
     Health& health = health_[name];
     health.update(r);
-    for (const std::string& line : health.present()) warnings += fmt::format("! {}: {}\n", name, line);
+    for (const std::string& line : health.present()) warnings += wrapped(fmt::format("! {}: {}", name, line), width, 2) + "\n";
   }
   text += table.rows.empty() ? "waiting for estimators\n" : to_text(table, width);
   return cut_lines(text + warnings, width);
@@ -125,7 +125,7 @@ std::string scoreboard_text(const Results& results, std::size_t width) {
     text += "\n" + table.title + "\n" + to_text(table, width);
   std::string warnings;
   for (const EstimatorScore& s : results.board.estimators)
-    for (const Finding& f : s.findings) warnings += fmt::format("{}: {}\n", s.name, f.text);
+    for (const Finding& f : s.findings) warnings += wrapped(fmt::format("{}: {}", s.name, f.text), width, 2) + "\n";
   if (!warnings.empty()) text += "\nWarnings\n" + warnings;
   if (results.published) text += "\nPublished: " + plain_line(results.published->title, width - 11) + "\n";
   return text;
