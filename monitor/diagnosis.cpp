@@ -40,9 +40,7 @@ struct Fixes {
   const SensorRecord* record = nullptr;
   std::array<const InnovationRecord*, 3> axis{};
 
-  Vector3 innovation(std::size_t k) const {
-    return {axis[0]->innovation[k], axis[1]->innovation[k], axis[2]->innovation[k]};
-  }
+  Vector3 innovation(std::size_t k) const { return {axis[0]->innovation[k], axis[1]->innovation[k], axis[2]->innovation[k]}; }
   Vector3 rest(const EstimatorRecord& r, const Columns& place, std::size_t k) const {
     const std::size_t row = record->row[k];
     Vector3 nu = innovation(k);
@@ -140,7 +138,8 @@ double speed_scale(const EstimatorRecord& r, const Ailing& a) {
 
 Finding start(const EstimatorRecord& r, const Ailing& a) {
   const Tally t = tally(r.sensors.at(a.sensor), a.episode);
-  Finding f{a.sensor, "", Cause::kUnknown, seconds(a.episode.since), {}, t.nis, t.dimension, t.measured, t.outliers, t.gated, {}, ""};
+  Finding f{a.sensor, "", Cause::kUnknown, seconds(a.episode.since), {}, t.nis, t.dimension, t.measured, t.outliers, t.gated,
+            {},       ""};
   if (a.episode.until) f.until_s = seconds(*a.episode.until);
   return f;
 }
@@ -148,7 +147,9 @@ Finding start(const EstimatorRecord& r, const Ailing& a) {
 std::string jump_text(const Finding& f) {
   const InnovationSensor* known = known_sensor(f.sensor);
   const bool left_out = f.gated >= f.outliers;
-  const char* question = f.sensor == "gnss" ? "multipath?" : known && known->is_position ? "is its map right there?" : "does it fail?";
+  const char* question = f.sensor == "gnss"            ? "multipath?"
+                         : known && known->is_position ? "is its map right there?"
+                                                       : "does it fail?";
   return fmt::format("{} jump: {} of {} {} {}; {}", subject_of(f.sensor), left_out ? f.gated : f.outliers, f.measured,
                      left_out ? "were left out (gated)" : "are outliers", when(f), question);
 }
@@ -180,7 +181,8 @@ Finding diagnose_one(const EstimatorRecord& r, const Ailing& a, bool is_alone) {
                         std::any_of(kInnovationSensors.begin(), kInnovationSensors.end(), [&](const InnovationSensor& s) {
                           return s.is_position && s.has_map != known->has_map && r.sensors.contains(std::string(s.name));
                         });
-  if (is_alone && !is_early) f.text += fmt::format("; {}", known ? known->question : "is their noise, or the model's, larger than believed?");
+  if (is_alone && !is_early)
+    f.text += fmt::format("; {}", known ? known->question : "is their noise, or the model's, larger than believed?");
   return f;
 }
 
@@ -233,8 +235,8 @@ std::optional<Finding> diagnose_two(const EstimatorRecord& r, const std::string&
   return f;
 }
 
-// Between the sensor that ails[i], with or without an overlapping episode of its rival after it, and any rival: one of a pair has a
-// map, the other one has not. `together`: which of them the finding is about.
+// Between the sensor that ails[i], with or without an overlapping episode of its rival after it, and any rival: one of a pair
+// has a map, the other one has not. `together`: which of them the finding is about.
 std::optional<Finding> disagreement(const EstimatorRecord& r, const std::vector<Ailing>& ails, std::size_t i,
                                     std::vector<std::size_t>& together) {
   const Ailing& a = ails[i];
@@ -320,7 +322,8 @@ PairFit fit_pairs(std::span<const PositionPair> pairs) {
   const auto cost = [&](const Trial& trial) {
     return 3.0 * n * std::log(std::max(trial.residual, 1e-12 * total)) + trial.parameters * std::log(3.0 * n);
   };
-  const Trial& best = *std::min_element(trials.begin(), trials.end(), [&](const Trial& a, const Trial& b) { return cost(a) < cost(b); });
+  const Trial& best =
+      *std::min_element(trials.begin(), trials.end(), [&](const Trial& a, const Trial& b) { return cost(a) < cost(b); });
   const double explained = 1.0 - best.residual / total;
   const double by_chance = 10.0 * best.residual * best.parameters / (3.0 * n - best.parameters);
   if (!(explained >= 0.5) || total - best.residual <= by_chance) return {};
@@ -337,7 +340,8 @@ std::vector<PositionPair> position_pairs(const EstimatorRecord& r, const std::st
     return std::pair(a.record->row[i], a.record->place[i]) < std::pair(b.record->row[k], b.record->place[k]);
   };
   const auto first_at = [&](const Fixes& f) {
-    return static_cast<std::size_t>(std::lower_bound(f.record->row.begin(), f.record->row.end(), begin) - f.record->row.begin());
+    return static_cast<std::size_t>(std::lower_bound(f.record->row.begin(), f.record->row.end(), begin) -
+                                    f.record->row.begin());
   };
   std::size_t i = first_at(*L), k = first_at(*G);
   const Fixes* last = nullptr;

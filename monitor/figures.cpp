@@ -39,10 +39,13 @@ class FigureMaker : private FigureContext {
     if (const std::optional<Figure> way = top_view(*this)) figures_.push_back(*way);
     for (const StateGroup& group : kGroups) {
       const std::vector<std::string> names(group.names.begin(), group.names.end());
-      const auto is_there = [&](const std::string& name) { return std::find(states.begin(), states.end(), name) != states.end(); };
+      const auto is_there = [&](const std::string& name) {
+        return std::find(states.begin(), states.end(), name) != states.end();
+      };
       if (!std::all_of(names.begin(), names.end(), is_there)) continue;
       for (Figure& figure : group_figures(*this, group.title, names)) figures_.push_back(std::move(figure));
-      std::erase_if(states, [&](const std::string& name) { return std::find(names.begin(), names.end(), name) != names.end(); });
+      std::erase_if(states,
+                    [&](const std::string& name) { return std::find(names.begin(), names.end(), name) != names.end(); });
     }
     for (const std::string& name : states) figures_.push_back(state_figure(*this, name));
     innovations();
@@ -68,7 +71,8 @@ class FigureMaker : private FigureContext {
     for (const auto& [quantity, reading] : run.readings()) {
       if (!is_input(quantity)) continue;
       Panel& panel = plot.panel(label(quantity), 230);
-      plot.line(panel, decimated(reading.utime, shown(quantity, reading.value)), "with steps lc rgb \"#0072B2\" lw 2.2", "as published");
+      plot.line(panel, decimated(reading.utime, shown(quantity, reading.value)), "with steps lc rgb \"#0072B2\" lw 2.2",
+                "as published");
     }
     const std::vector<double>* gear = run.truth_column("gear");
     if (gear) {
@@ -86,7 +90,8 @@ class FigureMaker : private FigureContext {
           plot, 1);
   }
 
-  // Measured quantities that no estimator has as a state: those have no other figure. Latitude and longitude are in the top view.
+  // Measured quantities that no estimator has as a state: those have no other figure. Latitude and longitude are in the top
+  // view.
   void sensors() {
     PlotScript plot(end_s, marks_s);
     std::vector<std::string> quantities;

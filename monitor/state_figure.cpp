@@ -125,7 +125,8 @@ Figure state_figure(const FigureContext& context, const std::string& name) {
   return {"state-" + name, readable_name(name), caption + context.marks_text(), plot.text(legend_rows(legend))};
 }
 
-std::vector<Figure> group_figures(const FigureContext& context, const std::string& title, const std::vector<std::string>& names) {
+std::vector<Figure> group_figures(const FigureContext& context, const std::string& title,
+                                  const std::vector<std::string>& names) {
   PlotScript values(context.end_s, context.marks_s), errors(context.end_s, context.marks_s);
   std::size_t legend = 0, estimators = 0;
   std::string remarks;
@@ -137,11 +138,13 @@ std::vector<Figure> group_figures(const FigureContext& context, const std::strin
   }
   std::string id = title;
   std::replace(id.begin(), id.end(), ' ', '-');
-  std::vector<Figure> figures{{"state-" + id, title,
-                               "Values, with the band of three standard deviations that each estimator claims." + context.marks_text(),
-                               values.text(legend_rows(legend))}};
+  std::vector<Figure> figures{
+      {"state-" + id, title,
+       "Values, with the band of three standard deviations that each estimator claims." + context.marks_text(),
+       values.text(legend_rows(legend))}};
   if (!errors.empty())
-    figures.push_back({"error-" + id, title + ", errors", std::string("Estimate minus truth. ") + kBand + remarks + context.marks_text(),
+    figures.push_back({"error-" + id, title + ", errors",
+                       std::string("Estimate minus truth. ") + kBand + remarks + context.marks_text(),
                        errors.text(legend_rows(estimators))});
   return figures;
 }

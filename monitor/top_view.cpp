@@ -24,7 +24,8 @@ Curve thinned(const std::vector<double>& x, const std::vector<double>& y) {
 }
 
 const StateColumn* state_of(const EstimatorScore& s, const std::string& name) {
-  const auto found = std::find_if(s.states.begin(), s.states.end(), [&](const StateColumn& state) { return state.name == name; });
+  const auto found =
+      std::find_if(s.states.begin(), s.states.end(), [&](const StateColumn& state) { return state.name == name; });
   return found == s.states.end() || s.record->states == 0 ? nullptr : &*found;
 }
 
@@ -51,7 +52,8 @@ std::optional<Figure> top_view(const FigureContext& context) {
         ways.push_back({thinned(fixes.x, fixes.y), "with points pt 7 ps 0.3 lc rgb \"#9a9a9a\"", "GNSS fixes"});
         caption += " GNSS fixes are drawn where " + s.name + " used them.";
       }
-      const std::vector<double> *true_east = context.run.truth_column("east_m"), *true_north = context.run.truth_column("north_m");
+      const std::vector<double>*true_east = context.run.truth_column("east_m"),
+            *true_north = context.run.truth_column("north_m");
       if (true_east && true_north) ways.push_back({thinned(*true_east, *true_north), kTruthStyle, "truth"});
     }
     ways.push_back({thinned(east->estimate, north->estimate), line_style(k), s.name});

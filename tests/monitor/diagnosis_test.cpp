@@ -74,7 +74,7 @@ TEST(SensorWatch, OnsetIsTheChangeAndNotTheAlarm) {
     EXPECT_GT(alarm, 20'000'000);
     error_s.push_back(std::abs(seconds(watch.episode()->since) - 20.0));
   }
-  EXPECT_LT(percentile(error_s, 0.5), 0.5);  // five measurements
+  EXPECT_LT(percentile(error_s, 0.5), 0.5);   // five measurements
   EXPECT_LT(percentile(error_s, 0.95), 2.0);  // the alarm needs twenty: the onset is never farther off than the alarm
 }
 
@@ -160,7 +160,8 @@ TEST(Diagnosis, ALidarMapThatIsTurned) {
       ASSERT_FALSE(lines.empty());
       if (seed == 1)
         for (const std::string& line : lines) std::cout << "    " << line << "\n";
-      EXPECT_NE(lines.back().find("es_ekf: LIDAR fixes disagree with GNSS, as if turned by"), std::string::npos) << lines.back();
+      EXPECT_NE(lines.back().find("es_ekf: LIDAR fixes disagree with GNSS, as if turned by"), std::string::npos)
+          << lines.back();
       EXPECT_LE(lines.size(), 4u);
     }
   }
@@ -217,7 +218,7 @@ TEST(Diagnosis, GnssThatJumpsNowAndThen) {
   ASSERT_EQ(found.size(), 1u) << all(found);
   EXPECT_EQ(found[0].sensor, "gnss");
   EXPECT_EQ(found[0].cause, Cause::kJump) << found[0].text;
-  EXPECT_EQ(found[0].gated, 13);  // 50 fixes, every fourth
+  EXPECT_EQ(found[0].gated, 13);              // 50 fixes, every fourth
   EXPECT_NEAR(found[0].since_s, 20.0, 0.25);  // the first fix from 20 s on; chance may have one or two before it
   EXPECT_NE(found[0].text.find("GNSS fixes jump: 13 of "), std::string::npos) << found[0].text;
   EXPECT_NE(found[0].text.find("were left out (gated) from "), std::string::npos) << found[0].text;

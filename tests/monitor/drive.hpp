@@ -1,8 +1,9 @@
 // A drive for the tests of what the monitor says of sensors: truth, fixes and the estimates of a small consistent filter, said
 // message by message to a Session.
 //
-// The car stands at the origin until 3 s, then drives circles of 201 m, 10 m/s from 5 s on. The filter knows the motion but for a
-// random walk of the position, and is the Kalman filter of that on each axis: p^ += dp + N(0, walk^2 dt), fixes one after another.
+// The car stands at the origin until 3 s, then drives circles of 201 m, 10 m/s from 5 s on. The filter knows the motion but for
+// a random walk of the position, and is the Kalman filter of that on each axis: p^ += dp + N(0, walk^2 dt), fixes one after
+// another.
 #pragma once
 
 #include <algorithm>
@@ -24,9 +25,9 @@ struct TestFixes {
 
 struct DriveSetup {
   double duration_s = 30.0;
-  double rate_hz = 50.0;  // of the estimates
-  int states = 9;         // or 15
-  double walk = 0.1;      // m/sqrt(s)
+  double rate_hz = 50.0;   // of the estimates
+  int states = 9;          // or 15
+  double walk = 0.1;       // m/sqrt(s)
   double gate = INFINITY;  // of NIS
   TestFixes gnss{}, lidar{10.0, 0.2};
   bool has_lidar = true;
