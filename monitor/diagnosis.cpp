@@ -40,9 +40,7 @@ struct Fixes {
   const SensorRecord* record = nullptr;
   std::array<const InnovationRecord*, 3> axis{};
 
-  Vector3 innovation(std::size_t k) const {
-    return {axis[0]->innovation[k], axis[1]->innovation[k], axis[2]->innovation[k]};
-  }
+  Vector3 innovation(std::size_t k) const { return {axis[0]->innovation[k], axis[1]->innovation[k], axis[2]->innovation[k]}; }
   Vector3 rest(const EstimatorRecord& r, const Columns& place, std::size_t k) const {
     const std::size_t row = record->row[k];
     Vector3 nu = innovation(k);
@@ -94,7 +92,7 @@ struct Tally {
   std::int64_t measured = 0, outliers = 0, gated = 0;
   double nis = 0.0, dimension = 0.0;  // means
   double others_nis = 0.0;            // mean without the outliers; 0 without any
-  bool is_abrupt = false;             // one of the first two is not below the mean
+  bool is_abrupt = false;             // one of the first two is an outlier and not below the mean
 };
 Tally tally(const SensorRecord& s, const Episode& e) {
   Tally t;
@@ -115,7 +113,10 @@ Tally tally(const SensorRecord& s, const Episode& e) {
   t.nis /= std::max(known, 1.0);
   t.dimension /= std::max(known, 1.0);
   t.others_nis /= std::max(ordinary, 1.0);
-  for (std::size_t k = e.first; k <= e.first + 1 && k < s.nis.size(); ++k) t.is_abrupt = t.is_abrupt || s.nis[k] >= t.nis;
+  for (std::size_t k = e.first; k <= e.first + 1 && k < s.nis.size(); ++k) {
+    const bool is_large = s.nis[k] >= t.nis && s.nis[k] > outlier_bound(s.dimension[k]);
+    t.is_abrupt = t.is_abrupt || is_large;
+  }
   return t;
 }
 
@@ -137,7 +138,8 @@ double speed_scale(const EstimatorRecord& r, const Ailing& a) {
 
 Finding start(const EstimatorRecord& r, const Ailing& a) {
   const Tally t = tally(r.sensors.at(a.sensor), a.episode);
-  Finding f{a.sensor, "", Cause::kUnknown, seconds(a.episode.since), {}, t.nis, t.dimension, t.measured, t.outliers, t.gated, ""};
+  Finding f{a.sensor, "", Cause::kUnknown, seconds(a.episode.since), {}, t.nis, t.dimension, t.measured, t.outliers, t.gated,
+            {},       ""};
   if (a.episode.until) f.until_s = seconds(*a.episode.until);
   return f;
 }
@@ -145,7 +147,9 @@ Finding start(const EstimatorRecord& r, const Ailing& a) {
 std::string jump_text(const Finding& f) {
   const InnovationSensor* known = known_sensor(f.sensor);
   const bool left_out = f.gated >= f.outliers;
-  const char* question = f.sensor == "gnss" ? "multipath?" : known && known->is_position ? "is its map right there?" : "does it fail?";
+  const char* question = f.sensor == "gnss"            ? "multipath?"
+                         : known && known->is_position ? "is its map right there?"
+                                                       : "does it fail?";
   return fmt::format("{} jump: {} of {} {} {}; {}", subject_of(f.sensor), left_out ? f.gated : f.outliers, f.measured,
                      left_out ? "were left out (gated)" : "are outliers", when(f), question);
 }
@@ -165,13 +169,20 @@ Finding diagnose_one(const EstimatorRecord& r, const Ailing& a, bool is_alone) {
   const double k = is_alone && a.sensor == "forward_speed_mps" ? speed_scale(r, a) : 0.0;
   if (k != 0.0) {
     f.cause = Cause::kScale;
+    f.value = {k};
     f.text = fmt::format("forward speed reads {:.1f} % too {}: {}; is the wheel's radius right?", 100.0 * std::abs(k),
                          k > 0.0 ? "high" : "low", badly);
     return f;
   }
   f.text = fmt::format("{} disagree with the prediction: {}{}", subject_of(a.sensor), badly,
                        f.gated > 0 ? fmt::format(", {} of {} left out (gated)", f.gated, f.measured) : "");
-  if (is_alone) f.text += fmt::format("; {}", known ? known->question : "is their noise, or the model's, larger than believed?");
+  // Two position sensors that disagree show it a little later.
+  const bool is_early = known && known->is_position && f.measured < 2 * static_cast<std::int64_t>(kEarlier) &&
+                        std::any_of(kInnovationSensors.begin(), kInnovationSensors.end(), [&](const InnovationSensor& s) {
+                          return s.is_position && s.has_map != known->has_map && r.sensors.contains(std::string(s.name));
+                        });
+  if (is_alone && !is_early)
+    f.text += fmt::format("; {}", known ? known->question : "is their noise, or the model's, larger than believed?");
   return f;
 }
 
@@ -189,13 +200,17 @@ std::optional<Finding> diagnose_two(const EstimatorRecord& r, const std::string&
   const PairFit fit = fit_pairs(position_pairs(r, suspect, other, begin, end));
   if (fit.cause == Cause::kUnknown) return std::nullopt;
   Finding f = start(r, *first);
+  const bool is_late = first->episode.first >= kEarlier;
+  if (is_late && tally(r.sensors.at(first->sensor), first->episode).is_abrupt) {
+    f.cause = Cause::kJump;
+    f.text = jump_text(f);
+    return f;
+  }
+  if (is_late && fit.cause == Cause::kShift) return std::nullopt;
   std::string badly;
-  bool is_over = true;
   for (const Ailing& a : ailing) {
     const Finding one = start(r, a);
     badly += fmt::format("{}{} of {}", badly.empty() ? "NIS " : " and ", amount(one.nis), sensor_label(a.sensor));
-    is_over = is_over && one.until_s;
-    f.until_s = one.until_s ? std::max(f.until_s.value_or(0.0), *one.until_s) : f.until_s;
     if (one.nis < f.nis) continue;
     f.nis = one.nis;
     f.dimension = one.dimension;
@@ -203,15 +218,9 @@ std::optional<Finding> diagnose_two(const EstimatorRecord& r, const std::string&
     f.outliers = one.outliers;
     f.gated = one.gated;
   }
-  if (!is_over) f.until_s.reset();
-  if (ailing.size() == 1) badly = fmt::format("NIS of {} {}", sensor_label(first->sensor), amount(f.nis));
+  f.until_s.reset();
   f.cause = fit.cause;
-  if (fit.cause == Cause::kShift && first->episode.first >= kEarlier) {  // no mounting begins to be wrong during a drive
-    if (!tally(r.sensors.at(first->sensor), first->episode).is_abrupt) return std::nullopt;
-    f.cause = Cause::kJump;
-    f.text = jump_text(f);
-    return f;
-  }
+  f.value.assign(fit.value.begin(), fit.value.end());
   f.sensor = suspect;
   f.other = other;
   const char* question = fit.cause == Cause::kRotation ? "is its mounting angle right?"
@@ -226,8 +235,8 @@ std::optional<Finding> diagnose_two(const EstimatorRecord& r, const std::string&
   return f;
 }
 
-// Between the sensor that ails[i], with or without an overlapping episode of its rival after it, and any rival: one of a pair has a
-// map, the other one has not. `together`: which of them the finding is about.
+// Between the sensor that ails[i], with or without an overlapping episode of its rival after it, and any rival: one of a pair
+// has a map, the other one has not. `together`: which of them the finding is about.
 std::optional<Finding> disagreement(const EstimatorRecord& r, const std::vector<Ailing>& ails, std::size_t i,
                                     std::vector<std::size_t>& together) {
   const Ailing& a = ails[i];
@@ -245,7 +254,14 @@ std::optional<Finding> disagreement(const EstimatorRecord& r, const std::vector<
     }
     const InnovationSensor& suspect = rival.has_map ? rival : *known;
     const InnovationSensor& other = rival.has_map ? *known : rival;
-    if (auto found = diagnose_two(r, std::string(suspect.name), std::string(other.name), two)) return found;
+    const std::optional<Finding> found = diagnose_two(r, std::string(suspect.name), std::string(other.name), two);
+    for (std::size_t k = i + 1; found && !found->other.empty() && k < ails.size(); ++k)
+      if ((ails[k].sensor == a.sensor || ails[k].sensor == rival.name) &&
+          std::find(together.begin(), together.end(), k) == together.end())
+        together.push_back(k);
+    if (!found) continue;
+    std::sort(together.begin(), together.end());
+    return found;
   }
   return std::nullopt;
 }
@@ -284,22 +300,30 @@ PairFit fit_pairs(std::span<const PositionPair> pairs) {
     right += q.cross(pair.d - t);
   }
   const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(normal);
+  const auto rest = [&](const Vector3& phi) {
+    double sum = 0.0;
+    for (const PositionPair& pair : pairs) sum += (pair.d - t - phi.cross(pair.p - p_mean)).squaredNorm();
+    return sum;
+  };
+  const Vector3 free = normal.completeOrthogonalDecomposition().solve(right);
+  const double variance = rest(free) / (3.0 * n - 6.0);
   Vector3 phi = Vector3::Zero();
   for (Eigen::Index i = 0; i < 3; ++i) {
-    const double lambda = eigen.eigenvalues()[i];
-    if (lambda <= 0.01 * eigen.eigenvalues()[2] || lambda <= 0.0) continue;
-    phi += eigen.eigenvectors().col(i) * (eigen.eigenvectors().col(i).dot(right) / lambda);
+    const double lambda = eigen.eigenvalues()[i], component = eigen.eigenvectors().col(i).dot(free);
+    const bool is_seen = lambda > 0.01 * eigen.eigenvalues()[2] && component * component * lambda > 16.0 * variance;
+    if (is_seen) phi += component * eigen.eigenvectors().col(i);
   }
   std::array<Trial, 3> trials{{{Cause::kShift, 3, t, 0.0}, {Cause::kLeverArm, 3, l, 0.0}, {Cause::kRotation, 6, phi, 0.0}}};
   for (const PositionPair& pair : pairs) {
     trials[0].residual += (pair.d - t).squaredNorm();
     trials[1].residual += (pair.d - pair.R_WB * l).squaredNorm();
-    trials[2].residual += (pair.d - t - phi.cross(pair.p - p_mean)).squaredNorm();
   }
+  trials[2].residual = rest(phi);
   const auto cost = [&](const Trial& trial) {
     return 3.0 * n * std::log(std::max(trial.residual, 1e-12 * total)) + trial.parameters * std::log(3.0 * n);
   };
-  const Trial& best = *std::min_element(trials.begin(), trials.end(), [&](const Trial& a, const Trial& b) { return cost(a) < cost(b); });
+  const Trial& best =
+      *std::min_element(trials.begin(), trials.end(), [&](const Trial& a, const Trial& b) { return cost(a) < cost(b); });
   const double explained = 1.0 - best.residual / total;
   const double by_chance = 10.0 * best.residual * best.parameters / (3.0 * n - best.parameters);
   if (!(explained >= 0.5) || total - best.residual <= by_chance) return {};
@@ -316,7 +340,8 @@ std::vector<PositionPair> position_pairs(const EstimatorRecord& r, const std::st
     return std::pair(a.record->row[i], a.record->place[i]) < std::pair(b.record->row[k], b.record->place[k]);
   };
   const auto first_at = [&](const Fixes& f) {
-    return static_cast<std::size_t>(std::lower_bound(f.record->row.begin(), f.record->row.end(), begin) - f.record->row.begin());
+    return static_cast<std::size_t>(std::lower_bound(f.record->row.begin(), f.record->row.end(), begin) -
+                                    f.record->row.begin());
   };
   std::size_t i = first_at(*L), k = first_at(*G);
   const Fixes* last = nullptr;
@@ -336,6 +361,16 @@ std::vector<PositionPair> position_pairs(const EstimatorRecord& r, const std::st
     last_number = number;
   }
   return pairs;
+}
+
+std::vector<Vector3> fix_positions(const EstimatorRecord& r, const std::string& sensor) {
+  const std::optional<Fixes> fixes = fixes_of(r, sensor);
+  const Columns place = columns_of(r, kPlace);
+  std::vector<Vector3> positions;
+  if (!fixes || place.empty()) return positions;
+  for (std::size_t k = 0; k < fixes->record->row.size(); ++k)
+    positions.emplace_back(at(r, place, fixes->record->row[k]) + fixes->rest(r, place, k));
+  return positions;
 }
 
 std::vector<Finding> diagnose(const EstimatorRecord& r, const std::vector<Ailing>& ailing) {
@@ -361,6 +396,7 @@ Finding silence(const std::string& sensor, Utime since, std::optional<Utime> unt
   Finding f;
   f.sensor = sensor;
   f.cause = Cause::kSilent;
+  f.nis = f.dimension = NAN;
   f.since_s = seconds(since);
   if (until) f.until_s = seconds(*until);
   f.text = fmt::format("{} silent {}", sensor_label(sensor), when(f));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "monitor/angles.hpp"
 #include "monitor/text.hpp"
 
 namespace slipstream {
@@ -32,9 +33,18 @@ FigureContext::FigureContext(const Results& results)
     units.emplace(run.info().truth_names[i], run.info().truth_units[i]);
 }
 
-std::string FigureContext::label(const std::string& name) const {
+std::string FigureContext::unit_of(const std::string& name) const {
   const auto unit = units.find(name);
-  return axis_label(name, unit == units.end() ? std::string() : unit->second);
+  return unit != units.end() ? unit->second : name.ends_with("_rad") ? "rad" : "";
+}
+
+std::string FigureContext::label(const std::string& name) const { return axis_label(name, shown_unit(unit_of(name))); }
+
+std::vector<double> FigureContext::shown(const std::string& name, std::vector<double> values) const {
+  const double scale = shown_scale(unit_of(name));
+  if (scale != 1.0)
+    for (double& value : values) value *= scale;
+  return values;
 }
 
 std::string FigureContext::marks_text() const { return marks_s.empty() ? "" : " Dotted vertical lines: gear changes."; }

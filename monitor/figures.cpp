@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -11,6 +12,18 @@
 
 namespace slipstream {
 namespace {
+
+// States that are shown in one figure, where there are all of them.
+struct StateGroup {
+  const char* title;
+  std::array<const char*, 3> names;
+};
+constexpr std::array<StateGroup, 5> kGroups{
+    {{"position", {"east_m", "north_m", "up_m"}},
+     {"velocity", {"v_east_mps", "v_north_mps", "v_up_mps"}},
+     {"attitude", {"roll_rad", "pitch_rad", "yaw_rad"}},
+     {"accelerometer bias", {"accelerometer_bias_x_mps2", "accelerometer_bias_y_mps2", "accelerometer_bias_z_mps2"}},
+     {"gyro bias", {"gyro_bias_x_radps", "gyro_bias_y_radps", "gyro_bias_z_radps"}}}};
 
 class FigureMaker : private FigureContext {
  public:
@@ -23,6 +36,17 @@ class FigureMaker : private FigureContext {
     for (const EstimatorScore& s : board.estimators)
       for (const StateColumn& state : s.states)
         if (std::find(states.begin(), states.end(), state.name) == states.end()) states.push_back(state.name);
+    if (const std::optional<Figure> way = top_view(*this)) figures_.push_back(*way);
+    for (const StateGroup& group : kGroups) {
+      const std::vector<std::string> names(group.names.begin(), group.names.end());
+      const auto is_there = [&](const std::string& name) {
+        return std::find(states.begin(), states.end(), name) != states.end();
+      };
+      if (!std::all_of(names.begin(), names.end(), is_there)) continue;
+      for (Figure& figure : group_figures(*this, group.title, names)) figures_.push_back(std::move(figure));
+      std::erase_if(states,
+                    [&](const std::string& name) { return std::find(names.begin(), names.end(), name) != names.end(); });
+    }
     for (const std::string& name : states) figures_.push_back(state_figure(*this, name));
     innovations();
     consistency(true);
@@ -47,7 +71,8 @@ class FigureMaker : private FigureContext {
     for (const auto& [quantity, reading] : run.readings()) {
       if (!is_input(quantity)) continue;
       Panel& panel = plot.panel(label(quantity), 230);
-      plot.line(panel, decimated(reading.utime, reading.value), "with steps lc rgb \"#0072B2\" lw 2.2", "as published");
+      plot.line(panel, decimated(reading.utime, shown(quantity, reading.value)), "with steps lc rgb \"#0072B2\" lw 2.2",
+                "as published");
     }
     const std::vector<double>* gear = run.truth_column("gear");
     if (gear) {
@@ -65,18 +90,23 @@ class FigureMaker : private FigureContext {
           plot, 1);
   }
 
-  // Measured quantities that no estimator has as a state: those have no other figure.
+  // Measured quantities that no estimator has as a state: those have no other figure. Latitude and longitude are in the top
+  // view.
   void sensors() {
     PlotScript plot(end_s, marks_s);
-    for (const auto& [quantity, reading] : run.readings()) {
-      bool is_state = false;
+    std::vector<std::string> quantities;
+    for (const auto& [quantity, unused] : run.readings()) {
+      bool is_elsewhere = is_input(quantity) || quantity == "latitude_deg" || quantity == "longitude_deg";
       for (const EstimatorScore& s : board.estimators)
-        for (const StateColumn& state : s.states) is_state = is_state || state.name == quantity;
-      if (is_input(quantity) || is_state) continue;
-      Panel& panel = plot.panel(label(quantity), 240);
-      plot.line(panel, decimated(reading.utime, reading.value), kMeasuredStyle, "measured");
+        for (const StateColumn& state : s.states) is_elsewhere = is_elsewhere || state.name == quantity;
+      if (!is_elsewhere) quantities.push_back(quantity);
+    }
+    for (const std::string& quantity : quantities) {
+      const ReadingRecord& reading = run.readings().at(quantity);
+      Panel& panel = plot.panel(label(quantity), panel_height(240, quantities.size()));
+      plot.line(panel, decimated(reading.utime, shown(quantity, reading.value)), kMeasuredStyle, "measured");
       if (const std::vector<double>* truth = run.truth_column(quantity))
-        plot.line(panel, decimated(run.truth().utime, *truth), kTruthStyle, "truth");
+        plot.line(panel, decimated(run.truth().utime, shown(quantity, *truth)), kTruthStyle, "truth");
     }
     if (!plot.empty())
       add("sensors", "Further measurements", "Measured quantities that are not states." + marks_text(), plot, 2);
@@ -88,7 +118,7 @@ class FigureMaker : private FigureContext {
     for (const EstimatorScore& s : board.estimators)
       for (const auto& [quantity, unused] : s.record->innovation_of) quantities.insert(quantity);
     for (const std::string& quantity : quantities) {
-      Panel& panel = plot.panel("innovation, " + label(quantity), 240);
+      Panel& panel = plot.panel("innovation, " + label(quantity), panel_height(240, quantities.size()));
       std::vector<double> all;
       for (std::size_t k = 0; k < board.estimators.size(); ++k) {
         const auto& of = board.estimators[k].record->innovation_of;

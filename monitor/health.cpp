@@ -39,9 +39,6 @@ void Health::follow(const EstimatorRecord& r, std::size_t row, const std::string
     if (!w.was_alarmed && !has_ended) continue;
     for (Ailing& a : ailing_)
       if (a.sensor == sensor && a.episode.first == episode->first) a.episode = *episode;
-    if (has_ended)
-      tell(fmt::format("end {} {}", sensor, episode->since),
-           fmt::format("{} consistent again at {:.1f} s", sensor_label(sensor), seconds(r.utime[row])));
     if (!is_new && !has_ended && w.watch.measured() < w.diagnose_at) continue;
     const std::size_t length = w.watch.measured() - episode->first;
     w.diagnose_at = w.watch.measured() + std::max<std::size_t>(length, 5);
@@ -70,9 +67,10 @@ void Health::listen(Utime now, const std::string& sensor, Watched& w) {
 void Health::examine(const EstimatorRecord& r) {
   present_.clear();
   for (const Finding& f : findings(r)) {
-    if (f.until_s) continue;
-    present_.push_back(f.text);
-    if (f.cause != Cause::kSilent) tell(fmt::format("{} {} {}", f.sensor, f.since_s, cause_name(f.cause)), f.text);
+    if (!f.until_s) present_.push_back(f.text);
+    if (f.cause == Cause::kSilent) continue;
+    const std::string key = fmt::format("{} {} {}", f.sensor, f.since_s, f.until_s ? "over" : cause_name(f.cause));
+    tell(key, f.until_s ? fmt::format("{} consistent again at {:.1f} s", sensor_label(f.sensor), *f.until_s) : f.text);
   }
 }
 

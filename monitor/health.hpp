@@ -12,8 +12,8 @@ namespace slipstream {
 
 class Health {
  public:
-  // Reads what the record has got since the last call: amortised constant time a measurement, because a diagnosis that looks at a
-  // whole episode is made when it begins, whenever it has doubled, and at its end.
+  // Reads what the record has got since the last call: amortised constant time a measurement, because a diagnosis that looks at
+  // a whole episode is made when it begins, whenever it has doubled, and at its end.
   void update(const EstimatorRecord& r);
 
   // Everything that was found, those that go on with the newest numbers: makes the diagnosis anew.

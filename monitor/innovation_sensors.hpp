@@ -14,7 +14,7 @@
 namespace slipstream {
 
 struct InnovationSensor {
-  std::string_view name;      // the quantities begin with this and '_'
+  std::string_view name;  // the quantities begin with this and '_'
   std::string_view label;
   std::string_view subject;   // of a sentence; plural
   std::string_view question;  // to ask when it is inconsistent and nothing else explains it

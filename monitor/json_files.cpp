@@ -118,10 +118,11 @@ Json estimator(const EstimatorScore& s) {
                         {"since_s", f.since_s},
                         {"until_s", optional_number(f.until_s)},
                         {"nis_mean", number(f.nis)},
-                        {"dimension", f.dimension},
+                        {"dimension", number(f.dimension)},
                         {"measured", f.measured},
                         {"outliers", f.outliers},
-                        {"gated", f.gated}});
+                        {"gated", f.gated},
+                        {"fitted", f.value}});
   Json j = {{"algorithm", r.algorithm},
             {"tuning", r.tuning},
             {"model", r.model},

@@ -94,7 +94,7 @@ std::string LiveTable::lines(const RunRecord& run, std::size_t width) {
   for (const auto& [name, r] : run.estimators()) {
     Health& health = health_[name];
     health.update(r);
-    for (const std::string& line : health.present()) warnings += fmt::format("! {}: {}\n", name, line);
+    for (const std::string& line : health.present()) warnings += wrapped(fmt::format("! {}: {}", name, line), width, 2) + "\n";
   }
   text += table.rows.empty() ? "waiting for estimators\n" : to_text(table, width);
   return cut_lines(text + warnings, width);
@@ -119,13 +119,11 @@ std::string scoreboard_text(const Results& results, std::size_t width) {
                                  results.board.complete ? "complete" : "INCOMPLETE", plain_line(info.clock),
                                  info.seed ? fmt::format(", seed {}", *info.seed) : "", seconds(results.record.simulated()));
   if (results.board.estimators.empty()) return text + "no estimator took part\n";
-  for (const Table& table :
-       {accuracy_table(results), consistency_table(results), sensor_table(results), timing_table(results),
-        delivery_table(results)})
+  for (const Table& table : {accuracy_table(results), consistency_table(results), sensor_table(results), timing_table(results),
+                             delivery_table(results)})
     text += "\n" + table.title + "\n" + to_text(table, width);
   std::string warnings;
-  for (const EstimatorScore& s : results.board.estimators)
-    for (const Finding& f : s.findings) warnings += fmt::format("{}: {}\n", s.name, f.text);
+  for (const std::string& line : warning_lines(results.board)) warnings += wrapped(line, width, 2) + "\n";
   if (!warnings.empty()) text += "\nWarnings\n" + warnings;
   if (results.published) text += "\nPublished: " + plain_line(results.published->title, width - 11) + "\n";
   return text;

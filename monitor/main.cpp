@@ -53,21 +53,36 @@ RunInfo describe(const RunDescriptor& descriptor) {
   info.duration_s = scenario.run.duration_s;
   info.deadline_s = scenario.run.deadline_s;
   std::string sensors;
-  for (const SensorConfig& sensor : scenario.sensors) {
-    if (scenario.run.deadline_s == 0.0 && sensor.rate_hz > 0.0)
-      info.deadline_s = info.deadline_s == 0.0 ? 1.0 / sensor.rate_hz : std::min(info.deadline_s, 1.0 / sensor.rate_hz);
-    sensors += fmt::format("{}{} at {:g} Hz", sensors.empty() ? "" : ", ", sensor.quantity, sensor.rate_hz);
-  }
+  const auto sensor_fact = [&](const std::string& name, double rate_hz, const std::string& more) {
+    if (scenario.run.deadline_s == 0.0 && rate_hz > 0.0)
+      info.deadline_s = info.deadline_s == 0.0 ? 1.0 / rate_hz : std::min(info.deadline_s, 1.0 / rate_hz);
+    sensors += fmt::format("{}{} at {:g} Hz{}", sensors.empty() ? "" : ", ", name, rate_hz, more);
+  };
+  const auto fix_fact = [&](const std::string& name, const FixSensor& s) {
+    std::string more = fmt::format(" ({:g}, {:g}, {:g} m", s.noise_m[0], s.noise_m[1], s.noise_m[2]);
+    if (s.delay_s > 0.0) more += fmt::format(", {:g} s late", s.delay_s);
+    for (std::size_t i = 0; i + 1 < s.outages_s.size(); i += 2)
+      more += fmt::format(", out from {:g} s to {:g} s", s.outages_s[i], s.outages_s[i + 1]);
+    sensor_fact(name, s.rate_hz, more + ")");
+  };
+  if (scenario.imu)
+    sensor_fact("IMU", scenario.imu->rate_hz,
+                fmt::format(" ({:g} m/s^2, {:g} rad/s)", scenario.imu->noise_mps2, scenario.imu->noise_radps));
+  if (scenario.gnss) fix_fact("GNSS", *scenario.gnss);
+  if (scenario.lidar) fix_fact("LIDAR", *scenario.lidar);
+  for (const SensorConfig& sensor : scenario.sensors) sensor_fact(sensor.quantity, sensor.rate_hz, "");
   const auto same_noise = [&](const SensorConfig& s) {
     return s.noise.relative == scenario.sensors.front().noise.relative && s.noise.absolute == 0.0;
   };
-  if (!scenario.sensors.empty() && std::all_of(scenario.sensors.begin(), scenario.sensors.end(), same_noise))
+  const bool only_scalars = !scenario.imu && !scenario.gnss && !scenario.lidar;
+  if (only_scalars && !scenario.sensors.empty() && std::all_of(scenario.sensors.begin(), scenario.sensors.end(), same_noise))
     info.noise_percent = 100.0 * scenario.sensors.front().noise.relative;
-  std::visit(
-      [&](const auto& process) {
-        for (const Quantity& input : process.kInputNames) info.input_names.emplace_back(input.name);
-      },
-      scenario.estimator.process);
+  if (!scenario.estimator.strapdown)  // which an IMU drives, and nothing else
+    std::visit(
+        [&](const auto& process) {
+          for (const Quantity& input : process.kInputNames) info.input_names.emplace_back(input.name);
+        },
+        scenario.estimator.process);
   const std::string plant = scenario.recorded
                                 ? "recorded drive"
                                 : std::visit([](const auto& v) { return std::string(v.kName); }, scenario.plant.vehicle);

@@ -64,6 +64,7 @@ class PlotScript {
   // The whole script, for gnuplot's standard input. `legend_rows` is the room left above the panels.
   std::string text(int legend_rows) const;
   bool empty() const { return panels_.empty(); }
+  std::size_t panels() const { return panels_.size(); }
 
  private:
   std::string block(std::span<const double> x, std::span<const double> y, std::span<const double> y2);

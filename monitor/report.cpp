@@ -46,8 +46,7 @@ class Page {
       if (s.record->name_conflict)
         warning(fmt::format("Two estimators were named '{}' at the same time: its rows mix the estimates of both.",
                             html_escape(s.name)));
-    for (const EstimatorScore& s : results_.board.estimators)
-      for (const Finding& f : s.findings) warning(html_escape(fmt::format("{}: {}", s.name, f.text)));
+    for (const std::string& line : warning_lines(results_.board)) warning(html_escape(line));
     if (info_.scenario.empty()) warning("The scenario of this run could not be read: its facts are missing here.");
   }
 
@@ -82,7 +81,8 @@ class Page {
     if (results_.board.estimators.empty()) return;
     table(accuracy_table(results_));
     out_ +=
-        "<p>Angles are in degrees here, in rad in the files. R2 = 1 - sum (estimate - truth)&#178; / sum (truth - mean of truth)&#178;: 1 is perfect. Largest error: absolute, "
+        "<p>Angles are in degrees here, in rad in the files. R2 = 1 - sum (estimate - truth)&#178; / sum (truth - mean of "
+        "truth)&#178;: 1 is perfect. Largest error: absolute, "
         "with its time.</p>\n";
     table(consistency_table(results_));
     out_ +=

@@ -28,7 +28,9 @@ struct Results {
 
 // scores.json: keys under run.times, step_time_us and deadline_misses depend on the wall clock; everything else is the same for
 // every lockstep run of a scenario. What is not known is null. An estimator's nis.dimension is the mean number of measurements
-// of a step, fractional where sensors have unequal rates; its name_conflict is there, and true, only if two used its name.
+// of a step, fractional where sensors have unequal rates; nis and those of its sensors are of what was not gated; its warnings
+// are what is wrong with its sensors (diagnosis.hpp), with what was fitted in m and rad; its name_conflict is there, and true,
+// only if two used its name.
 std::string scores_json(const Results& results);
 
 // series.csv: one row per utime. Writes through a temporary file.

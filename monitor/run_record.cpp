@@ -76,8 +76,8 @@ double nis_of(const Estimate& m, const std::vector<std::size_t>& keep) {
   return normalised_square(innovation, sub_block(m.innovation_covariance, m.innovation.size(), keep));
 }
 
-// The measurements in an estimate, in its order: the sensor of each, and which of the innovations are its. A quantity that comes
-// again is of another measurement.
+// The measurements in an estimate, in its order: the sensor of each, and which of the innovations are its. A quantity that
+// comes again is of another measurement.
 std::vector<std::pair<std::string, std::vector<std::size_t>>> blocks_of(const Estimate& m) {
   std::vector<std::pair<std::string, std::vector<std::size_t>>> blocks;
   for (std::size_t i = 0; i < m.innovation_of.size(); ++i) {
@@ -94,11 +94,12 @@ std::vector<std::pair<std::string, std::vector<std::size_t>>> blocks_of(const Es
   return blocks;
 }
 
-// Names of readings (components: the first stands for all) without whose newest an estimator that uses the sensor is not done. A
-// position fix corrects a dead reckoning, which goes on with every reading of the IMU.
+// Names of readings (components: the first stands for all) without whose newest an estimator that uses the sensor is not done.
+// A position fix corrects a dead reckoning, which goes on with every reading of the IMU.
 std::vector<std::string> readings_behind(const std::string& sensor) {
   const InnovationSensor* known = known_sensor(sensor);
-  const std::string quantity = known && !components_of(known->name).empty() ? std::string(components_of(known->name)[0].name) : sensor;
+  const std::string quantity =
+      known && !components_of(known->name).empty() ? std::string(components_of(known->name)[0].name) : sensor;
   if (known && known->is_position) return {quantity, std::string(kImuComponents[0].name)};
   return {quantity};
 }

@@ -70,8 +70,8 @@ struct SensorRecord {
   std::vector<std::size_t> row;  // of the estimator's, not decreasing: an estimate may hold several
   std::vector<double> nis;       // of the sensor's block of the innovation covariance; NaN: not known
   std::vector<int> dimension;
-  std::vector<char> gated;       // left out of the estimate
-  std::vector<char> place;       // among the measurements in its estimate, which are processed one after another
+  std::vector<char> gated;  // left out of the estimate
+  std::vector<char> place;  // among the measurements in its estimate, which are processed one after another
 };
 
 // A process of an estimator's name, and what it counted itself. A restart begins another one, which counts from 0.

@@ -16,7 +16,7 @@ namespace slipstream {
 struct StateColumn {
   std::string name, unit;
   StateScore score;
-  double max_error_s;         // simulation time of the largest error
+  double max_error_s;            // simulation time of the largest error
   std::vector<double> truth;     // at the estimator's instants; NaN: not known
   std::vector<double> estimate;  // as published, but an angle on the turn of its truth
 };
@@ -37,8 +37,8 @@ struct EstimatorScore {
   Consistency nis_score;     // over all steps that measured something; dimension: their mean number of measurements
   std::vector<SensorScore> sensors;
   std::vector<Finding> findings;  // what is wrong with its sensors
-  double nis_ratio;          // sum NIS / sum dimension over all steps
-  StepTimes step_times;      // of all steps but those spent waiting for a start
+  double nis_ratio;               // sum NIS / sum dimension over all steps
+  StepTimes step_times;           // of all steps but those spent waiting for a start
   std::int64_t valid = 0, fallback = 0, invalid = 0, initialising = 0;
 };
 

@@ -53,9 +53,13 @@ void SensorWatch::add(Utime utime, double nis, int dimension) {
   page_ = std::max(0.0, page_ + x - 2.0 * dimension);
 
   const int degrees = std::max(degrees_, static_cast<int>(kWindow) * dimension);
+  if (window_.back().is_outlier) last_outlier_ = window_.back();
   if (is_alarmed()) {
     episode_.last = number;
-    if (excess_ < quantile(kClear, degrees) - degrees) episode_.until = utime;
+    if (excess_ >= quantile(kClear, degrees) - degrees) return;
+    const Item& end = last_outlier_ ? *last_outlier_ : window_.back();
+    episode_.last = end.number;
+    episode_.until = end.utime;
     return;
   }
   if (excess_ <= std::max(quantile(kAlarm, degrees) - degrees, static_cast<double>(degrees))) return;
@@ -66,6 +70,7 @@ void SensorWatch::add(Utime utime, double nis, int dimension) {
   const auto outlier = std::find_if(window_.begin(), window_.end(), [](const Item& item) { return item.is_outlier; });
   const Item& onset =
       outlier == window_.end() || (page_ > 0.0 && page_start_.number < outlier->number) ? page_start_ : *outlier;
+  if (outlier == window_.end()) last_outlier_.reset();
   episode_.first = onset.number;
   episode_.since = onset.utime;
   ++episodes_;

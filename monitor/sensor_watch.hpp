@@ -11,7 +11,7 @@
 // reported unless their NIS is twice what it should be. Too small a NIS (a cautious estimator) never alarms.
 //   onset: the earlier of the first outlier (q > F^-1(1 - 1e-6)) in the window and the start of the present excursion of
 //          g_k = max(0, g_(k-1) + x_k - 2 d_k),  Page's cumulative sum, which drifts upwards once the mean of x exceeds 2 d
-// An alarm that returns within 10 s of its all clear is the same episode.
+// The episode ends with its last outlier, if it has one. An alarm that returns within 10 s of that is the same episode.
 //
 // Silent. With at least six measurements seen: none for longer than 5 times the median of the newest 20 intervals, twice the
 // longest of them, and one second, while the estimator's other estimates go on.
@@ -67,6 +67,7 @@ class SensorWatch {
   double page_ = 0.0;
   Item page_start_{};
   Episode episode_;
+  std::optional<Item> last_outlier_;  // of the episode
   int episodes_ = 0;
 };
 

@@ -1,5 +1,5 @@
-// series.csv: a merge of all series over utime, one row an instant. Angles in rad: the truth unwrapped, estimates on its turn, so
-// that their difference is the error.
+// series.csv: a merge of all series over utime, one row an instant. Angles in rad: the truth unwrapped, estimates on its turn,
+// so that their difference is the error.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -66,7 +66,7 @@ class Session {
   std::map<std::string, std::string> said_;      // last status line of each estimator
   std::map<std::string, std::size_t> joined_;    // of how many lives of each estimator it was said that they joined
   std::set<std::string> conflicts_said_;
-  std::map<std::string, Health> health_;         // of each estimator's sensors
+  std::map<std::string, Health> health_;  // of each estimator's sensors
   std::int64_t ignored_ = 0;
   std::int64_t activity_ = 0;
   std::int64_t progress_seq_ = 0;

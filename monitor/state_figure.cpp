@@ -1,4 +1,5 @@
-// The figure of one state: truth, measurements and estimates above, errors below, each with its claimed 3-sigma band.
+// The figures of states: truth, measurements and estimates, and errors, each with its claimed 3-sigma band. One state with its
+// errors below, or several that belong together. Angles are on the turn of their truth, so that no curve jumps.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,16 +12,14 @@
 namespace slipstream {
 namespace {
 
-// One estimator's curves of the state.
+// One estimator's curves of the state, in the shown unit.
 struct Entry {
   std::size_t index;  // among the estimators: decides the style
   const EstimatorScore* score;
-  std::size_t state;
-  std::vector<double> error, low, high, error_low, error_high;
+  std::vector<double> mean, error, low, high, error_low, error_high;
   double typical_band;  // median of 3 sigma; NaN without
 
   const std::vector<Utime>& utime() const { return score->record->utime; }
-  const std::vector<double>& mean() const { return score->record->mean[state]; }
 };
 
 std::vector<Entry> entries_of(const FigureContext& context, const std::string& name) {
@@ -31,14 +30,18 @@ std::vector<Entry> entries_of(const FigureContext& context, const std::string& n
     const EstimatorRecord& r = *s.record;
     for (std::size_t i = 0; i < s.states.size() && r.states > 0; ++i) {
       if (s.states[i].name != name) continue;
-      Entry e{k, &s, i, {}, {}, {}, {}, {}, kNan};
+      Entry e{k, &s, context.shown(name, s.states[i].estimate), {}, {}, {}, {}, {}, kNan};
+      const std::vector<double> truth = context.shown(name, s.states[i].truth);
+      std::vector<double> sigma3(r.utime.size(), kNan);
+      for (std::size_t row = 0; row < r.utime.size(); ++row)
+        if (std::isfinite(e.mean[row])) sigma3[row] = 3.0 * r.sigma(row, i);
+      sigma3 = context.shown(name, std::move(sigma3));
       for (std::size_t row = 0; row < r.utime.size(); ++row) {
-        const double x = r.mean[i][row], sigma3 = std::isfinite(x) ? 3.0 * r.sigma(row, i) : kNan;
-        e.error.push_back(x - s.states[i].truth[row]);
-        e.low.push_back(x - sigma3);
-        e.high.push_back(x + sigma3);
-        e.error_low.push_back(-sigma3);
-        e.error_high.push_back(sigma3);
+        e.error.push_back(e.mean[row] - truth[row]);
+        e.low.push_back(e.mean[row] - sigma3[row]);
+        e.high.push_back(e.mean[row] + sigma3[row]);
+        e.error_low.push_back(-sigma3[row]);
+        e.error_high.push_back(sigma3[row]);
       }
       e.typical_band = percentile(finite(e.error_high), 0.5);
       entries.push_back(std::move(e));
@@ -48,66 +51,102 @@ std::vector<Entry> entries_of(const FigureContext& context, const std::string& n
   return entries;
 }
 
-}  // namespace
-
-Figure state_figure(const FigureContext& context, const std::string& name) {
-  PlotScript plot(context.end_s, context.marks_s);
-  const std::vector<Entry> entries = entries_of(context, name);
+// Returns the entries of the legend.
+std::size_t value_panel(const FigureContext& context, const std::string& name, const std::vector<Entry>& entries, int height_px,
+                        PlotScript& plot) {
   const auto reading = context.run.readings().find(name);
   const bool is_measured = reading != context.run.readings().end();
-  const std::vector<double>* truth = context.run.truth_column(name);
+  const std::vector<double>* column = context.run.truth_column(name);
+  const std::vector<double> truth = column ? context.shown(name, *column) : std::vector<double>();
+  const std::vector<double> measured = is_measured ? context.shown(name, reading->second.value) : std::vector<double>();
 
-  Panel& values = plot.panel(context.label(name), 300);
-  std::vector<double> estimates, errors;
-  for (const Entry& e : entries) {
-    append_finite(estimates, e.mean());
-    append_finite(errors, e.error, true);
-  }
+  Panel& values = plot.panel(context.label(name), height_px);
+  std::vector<double> estimates;
+  for (const Entry& e : entries) append_finite(estimates, e.mean);
   std::optional<Band> range = robust_range(estimates, 0.01, 0.06);
-  if (truth)
-    if (const auto of_truth = robust_range(finite(*truth), 1e-9, 0.06)) range = hull(*of_truth, range);
-  if (range && is_measured) range = hull(*range, robust_range(reading->second.value, 0.002, 0.0));
+  if (column)
+    if (const auto of_truth = robust_range(finite(truth), 1e-9, 0.06)) range = hull(*of_truth, range);
+  if (range && is_measured) range = hull(*range, robust_range(measured, 0.002, 0.0));
   values.y_range = range;
 
   // A band that fills the axes hides the rest and says no more than its width does.
   for (const Entry& e : entries)
     if (range && e.typical_band <= 0.5 * (range->high - range->low))
       plot.band(values, decimated(e.utime(), e.low, e.high), estimator_style(e.index).colour, "");
-  std::size_t legend = entries.size();
-  if (is_measured) {
-    plot.line(values, decimated(reading->second.utime, reading->second.value), kMeasuredStyle, "measured");
-    ++legend;
-  }
-  if (truth) {
-    plot.line(values, decimated(context.run.truth().utime, *truth), kTruthStyle, "truth");
-    ++legend;
-  }
-  for (const Entry& e : entries) plot.line(values, decimated(e.utime(), e.mean()), line_style(e.index), e.score->name);
+  if (is_measured) plot.line(values, decimated(reading->second.utime, measured), kMeasuredStyle, "measured");
+  if (column) plot.line(values, decimated(context.run.truth().utime, truth), kTruthStyle, "truth");
+  for (const Entry& e : entries) plot.line(values, decimated(e.utime(), e.mean), line_style(e.index), e.score->name);
+  return entries.size() + (is_measured ? 1 : 0) + (column ? 1 : 0);
+}
 
-  std::string caption = "Value, with the band of three standard deviations that each estimator claims.";
-  if (!errors.empty()) {
-    const std::string with_unit = context.label(name);
-    Panel& panel = plot.panel("error" + with_unit.substr(with_unit.find(" (")), 220);
-    // The errors decide the range; a band widens it as long as the errors stay readable.
-    const double largest = std::max(percentile(errors, 0.995), 1e-12);
-    double reach = 1.3 * largest;
-    for (const Entry& e : entries)
-      if (1.3 * e.typical_band <= 4.0 * largest) reach = std::max(reach, 1.3 * e.typical_band);
-    panel.y_range = Band{-reach, reach};
-    caption =
-        "Above: value. Below: estimate minus truth. Shaded: the three standard deviations that each estimator "
-        "claims, to either side. What lies outside the axes is cut off.";
-    for (const Entry& e : entries) {
-      if (e.typical_band <= reach)
-        plot.band(panel, decimated(e.utime(), e.error_low, e.error_high), estimator_style(e.index).colour, "");
-      else if (std::isfinite(e.typical_band))
-        caption += fmt::format(" The band of {} is wider than the axes and not drawn: typically {} to either side.",
-                               e.score->name, number_text(e.typical_band, 3));
-    }
-    plot.constant(panel, 0.0, "with lines lc rgb \"#000000\" lw 1", "");
-    for (const Entry& e : entries) plot.line(panel, decimated(e.utime(), e.error), line_style(e.index, 1.6), "");
+// Nothing if the truth is not known. Returns what the caption must say of it.
+std::string error_panel(const FigureContext& context, const std::string& name, const std::string& label,
+                        const std::vector<Entry>& entries, int height_px, bool has_legend, PlotScript& plot) {
+  std::vector<double> errors;
+  for (const Entry& e : entries) append_finite(errors, e.error, true);
+  if (errors.empty()) return "";
+  Panel& panel = plot.panel(label, height_px);
+  // The errors decide the range; a band widens it as long as the errors stay readable.
+  const double largest = std::max(percentile(errors, 0.995), 1e-12);
+  double reach = 1.3 * largest;
+  for (const Entry& e : entries)
+    if (1.3 * e.typical_band <= 4.0 * largest) reach = std::max(reach, 1.3 * e.typical_band);
+  panel.y_range = Band{-reach, reach};
+  std::string remark;
+  for (const Entry& e : entries) {
+    if (e.typical_band <= reach)
+      plot.band(panel, decimated(e.utime(), e.error_low, e.error_high), estimator_style(e.index).colour, "");
+    else if (std::isfinite(e.typical_band))
+      remark += fmt::format(" The band of {} for {} is wider than the axes and not drawn: typically {} to either side.",
+                            e.score->name, context.label(name), number_text(e.typical_band, 3));
   }
+  plot.constant(panel, 0.0, "with lines lc rgb \"#000000\" lw 1", "");
+  for (const Entry& e : entries)
+    plot.line(panel, decimated(e.utime(), e.error), line_style(e.index, 1.6), has_legend ? e.score->name : "");
+  return remark;
+}
+
+constexpr const char* kBand =
+    "Shaded: the three standard deviations that each estimator claims, to either side. What lies outside the axes is cut off.";
+
+}  // namespace
+
+Figure state_figure(const FigureContext& context, const std::string& name) {
+  PlotScript plot(context.end_s, context.marks_s);
+  const std::vector<Entry> entries = entries_of(context, name);
+  const std::size_t legend = value_panel(context, name, entries, 300, plot);
+  const std::size_t panels = plot.panels();
+  const std::string with_unit = context.label(name);
+  const std::string remark =
+      error_panel(context, name, "error" + with_unit.substr(with_unit.find(" (")), entries, 220, false, plot);
+  const std::string caption = plot.panels() > panels
+                                  ? std::string("Above: value. Below: estimate minus truth. ") + kBand + remark
+                                  : "Value, with the band of three standard deviations that each estimator claims.";
   return {"state-" + name, readable_name(name), caption + context.marks_text(), plot.text(legend_rows(legend))};
+}
+
+std::vector<Figure> group_figures(const FigureContext& context, const std::string& title,
+                                  const std::vector<std::string>& names) {
+  PlotScript values(context.end_s, context.marks_s), errors(context.end_s, context.marks_s);
+  std::size_t legend = 0, estimators = 0;
+  std::string remarks;
+  for (const std::string& name : names) {
+    const std::vector<Entry> entries = entries_of(context, name);
+    estimators = std::max(estimators, entries.size());
+    legend = std::max(legend, value_panel(context, name, entries, 170, values));
+    remarks += error_panel(context, name, "error, " + context.label(name), entries, 170, errors.empty(), errors);
+  }
+  std::string id = title;
+  std::replace(id.begin(), id.end(), ' ', '-');
+  std::vector<Figure> figures{
+      {"state-" + id, title,
+       "Values, with the band of three standard deviations that each estimator claims." + context.marks_text(),
+       values.text(legend_rows(legend))}};
+  if (!errors.empty())
+    figures.push_back({"error-" + id, title + ", errors",
+                       std::string("Estimate minus truth. ") + kBand + remarks + context.marks_text(),
+                       errors.text(legend_rows(estimators))});
+  return figures;
 }
 
 }  // namespace slipstream

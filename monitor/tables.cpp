@@ -94,20 +94,13 @@ Table consistency_table(const Results& results) {
 
 Table sensor_table(const Results& results) {
   Table table{"Consistency of each sensor",
-              {{"estimator", false},
-               {"sensor", false},
-               {"measured"},
-               {"gated"},
-               {"NIS"},
-               {"m"},
-               {"95 % band"},
-               {"mean is"}},
+              {{"estimator", false}, {"sensor", false}, {"measured"}, {"gated"}, {"NIS"}, {"m"}, {"95 % band"}, {"mean is"}},
               {}};
   for (const EstimatorScore& s : results.board.estimators)
     for (const SensorScore& sensor : s.sensors)
       table.rows.push_back({s.name, sensor_label(sensor.sensor), fmt::format("{}", sensor.samples),
-                            fmt::format("{}", sensor.gated), number_text(sensor.nis.mean),
-                            number_text(sensor.nis.dimension, 3), band_text(sensor.nis), verdict(sensor.nis)});
+                            fmt::format("{}", sensor.gated), number_text(sensor.nis.mean), number_text(sensor.nis.dimension, 3),
+                            band_text(sensor.nis), verdict(sensor.nis)});
   return table;
 }
 
@@ -154,6 +147,21 @@ Table delivery_table(const Results& results) {
     table.rows.push_back(std::move(row));
   }
   return table;
+}
+
+std::vector<std::string> warning_lines(const Scoreboard& board) {
+  std::vector<std::pair<std::string, std::string>> said;  // sentence, names
+  for (const EstimatorScore& s : board.estimators)
+    for (const Finding& f : s.findings) {
+      const auto same = std::find_if(said.begin(), said.end(), [&](const auto& line) { return line.first == f.text; });
+      if (same == said.end())
+        said.emplace_back(f.text, s.name);
+      else
+        same->second += ", " + s.name;
+    }
+  std::vector<std::string> lines;
+  for (const auto& [text, names] : said) lines.push_back(fmt::format("{}: {}", names, text));
+  return lines;
 }
 
 std::string to_text(const Table& table, std::size_t width) {

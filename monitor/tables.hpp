@@ -29,6 +29,9 @@ Table timing_table(const Results& results);
 // One row per estimator: what became of its estimates and messages.
 Table delivery_table(const Results& results);
 
+// What is wrong with the sensors, one sentence each, with the names of the estimators that say so.
+std::vector<std::string> warning_lines(const Scoreboard& board);
+
 // For the terminal: fits into `width` columns by cutting the longest text columns.
 std::string to_text(const Table& table, std::size_t width = 100);
 std::string to_html(const Table& table);

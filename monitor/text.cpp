@@ -110,6 +110,19 @@ std::string html_escape(std::string_view text) {
   return result;
 }
 
+std::string wrapped(std::string_view text, std::size_t width, std::size_t indent) {
+  std::string result;
+  std::size_t room = width;
+  while (text.size() > room) {
+    const std::size_t space = text.substr(0, room + 1).rfind(' ');
+    if (space == std::string_view::npos || space == 0) break;
+    result += std::string(text.substr(0, space)) + "\n" + std::string(indent, ' ');
+    text.remove_prefix(space + 1);
+    room = width > indent ? width - indent : 1;
+  }
+  return result + std::string(text);
+}
+
 std::string number_text(double value, int digits) {
   if (!std::isfinite(value)) return "-";
   return fmt::format("{:.{}g}", value, digits);

@@ -24,6 +24,9 @@ std::string axis_label(std::string_view name, std::string_view unit);
 // Text for HTML, in content and in attributes.
 std::string html_escape(std::string_view text);
 
+// In lines of at most `width` characters, broken between words; the second and later ones are indented by `indent`.
+std::string wrapped(std::string_view text, std::size_t width, std::size_t indent);
+
 // A number for a table: `digits` significant ones, "-" for a value that is not finite.
 std::string number_text(double value, int digits = 4);
 

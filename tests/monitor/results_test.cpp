@@ -342,6 +342,8 @@ TEST(Text, NamesAndLabels) {
   EXPECT_EQ(axis_label("friction", "1"), "friction (-)");
   EXPECT_EQ(unit_label("\"; exit"), "?");
   EXPECT_EQ(plain_line("a\x1b[2Jb"), "a?[2Jb");
+  EXPECT_EQ(wrapped("one two three four", 9, 2), "one two\n  three\n  four");
+  EXPECT_EQ(wrapped("short", 9, 2), "short");
 }
 
 }  // namespace

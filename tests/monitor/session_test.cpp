@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -442,6 +443,70 @@ TEST(RunRecord, AwaitsTheEstimateOfTheLastMeasurement) {
   t.announcement.presence = Presence::kLeft;
   t.session.handle(t.announcement);
   EXPECT_FALSE(t.session.run()->awaits_estimates());
+}
+
+// The fixes of a strapdown estimator are published under names of their own.
+TEST(RunRecord, AwaitsTheEstimateOfTheLastFixAndOfTheLastInertialReading) {
+  TestRun t;
+  t.session.handle(t.descriptor);
+  t.session.handle(t.announcement);
+  const auto imu = [](int i) { return Reading{TestRun::header(i), "imu", Values(std::array{0.0, 0.0, 9.81, 0.0, 0.0, 0.0})}; };
+  const auto gnss = [](int i) { return Reading{TestRun::header(i), "gnss", Values(std::array{48.0, 11.0, 500.0})}; };
+  t.session.handle(imu(0));
+  t.session.handle(gnss(0));
+  Estimate m = t.estimate(0, 0.0);
+  m.innovation_of = {"gnss_east_m", "gnss_north_m", "gnss_up_m"};
+  m.innovation = {0.1, 0.2, 0.3};
+  m.innovation_covariance = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+  m.gated = {0, 0, 0};
+  t.session.handle(m);
+  EXPECT_FALSE(t.session.run()->awaits_estimates());
+  t.session.handle(imu(1));
+  EXPECT_TRUE(t.session.run()->awaits_estimates());
+  t.session.handle(t.estimate(1, 0.0));
+  EXPECT_FALSE(t.session.run()->awaits_estimates());
+  t.session.handle(gnss(2));
+  EXPECT_TRUE(t.session.run()->awaits_estimates());
+}
+
+TEST(RunRecord, ALateFixTakesItsPlaceAndIsNoError) {
+  TestRun t;
+  t.session.handle(t.descriptor);
+  int seq = 0;
+  for (const int i : {1, 2, 4, 3, 3, 5})  // by the time of the measurement, in the order of sending
+    t.session.handle(Reading{{i * TestRun::kStep, seq++, TestRun::kRun}, "gnss", Values(std::array{48.0, 11.0, 500.0 + i})});
+  t.session.handle(Reading{{0, 2, TestRun::kRun}, "gnss", Values(std::array{48.0, 11.0, 0.0})});  // sent before
+  const ReadingRecord& height = t.session.run()->readings().at("height_m");
+  EXPECT_EQ(height.value, (std::vector<double>{501, 502, 503, 504, 505}));
+  EXPECT_TRUE(std::is_sorted(height.utime.begin(), height.utime.end()));
+  EXPECT_EQ(height.late, 1);
+  EXPECT_EQ(height.sequence.out_of_order, 2);  // the second 3, and what was sent before
+  EXPECT_EQ(height.sequence.lost, 0);
+}
+
+TEST(RunRecord, SensorsAreScoredApartAndWhatIsGatedIsCounted) {
+  TestRun t;
+  t.session.handle(t.descriptor);
+  t.session.handle(t.announcement);
+  Estimate m = t.estimate(0, 0.0);
+  // A fix, a speed, and a second fix that came late and is far off.
+  m.innovation_of = {"gnss_east_m", "gnss_north_m", "forward_speed_mps", "gnss_east_m", "gnss_north_m"};
+  m.innovation = {1.0, -1.0, 3.0, 100.0, 0.0};
+  m.innovation_covariance = {2, 1, 0, 0, 0, 1, 2, 0, 0, 0, 0, 0, 4, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1};
+  m.gated = {0, 0, 0, 1, 1};
+  t.session.handle(m);
+  const Scoreboard board = score_run(*t.session.run());
+  const EstimatorScore& s = board.estimators[0];
+  EXPECT_DOUBLE_EQ(s.nis_score.mean, 4.25);  // 2 (scores_test.cpp) and 9/4
+  EXPECT_EQ(s.nis_score.dimension, 3);
+  ASSERT_EQ(s.sensors.size(), 2u);
+  EXPECT_EQ(s.sensors[0].sensor, "forward_speed_mps");
+  EXPECT_DOUBLE_EQ(s.sensors[0].nis.mean, 2.25);
+  EXPECT_EQ(s.sensors[1].sensor, "gnss");
+  EXPECT_EQ(s.sensors[1].samples, 2);
+  EXPECT_EQ(s.sensors[1].gated, 1);
+  EXPECT_DOUBLE_EQ(s.sensors[1].nis.mean, 2.0);
+  EXPECT_EQ(s.sensors[1].nis.dimension, 2);
 }
 
 TEST(RunningScore, AgreesWithTheFinalOne) {
