@@ -66,16 +66,6 @@ void mirror(ErrorCovariance& p) {
 struct SparseRows {
   bool position = false, velocity = false, attitude = false, gyro_bias = false;
   Matrix3 of_velocity, of_attitude, of_gyro_bias;
-<<<<<<< HEAD
-};
-// Fifteen rows, and one more that makes pairs of them.
-using Tall = Eigen::Matrix<double, kErrors + 1, 3>;
-
-template <int N>
-void add_product(const ErrorCovariance& p, int from, const Matrix3& h, Tall& to) {
-  for (int c = 0; c < 3; ++c)
-    for (int r = 0; r < N; ++r) to(r, c) += p(r, from) * h(c, 0) + p(r, from + 1) * h(c, 1) + p(r, from + 2) * h(c, 2);
-=======
   bool needs(int block) const {
     return (block == kPosition && position) || (block == kVelocity && velocity) || (block == kAttitude && attitude) ||
            (block == kGyroBias && gyro_bias);
@@ -88,7 +78,6 @@ using Tall = Matrix<double, kTallRows, 3>;
 template <int N>
 void add_product(const ErrorCovariance& p, int from, const Matrix3& h, Tall& to) {
   for (int c = 0; c < 3; ++c) add_product<N>(&to(0, c), &p(0, from), kErrors, h(c, 0), h(c, 1), h(c, 2));
->>>>>>> h-filter
 }
 // P H'.
 template <int N>
@@ -112,8 +101,6 @@ Matrix3 times(const SparseRows& h, const Tall& a) {
   if (h.attitude) to += h.of_attitude * a.block<3, 3>(kAttitude, 0);
   if (N == kErrors && h.gyro_bias) to += h.of_gyro_bias * a.block<3, 3>(kGyroBias, 0);
   return to;
-<<<<<<< HEAD
-=======
 }
 
 // P -= A B' in the columns of a block, from row kFirst.
@@ -121,7 +108,6 @@ template <int N, int kBlock, int kFirst>
 void subtract_products(ErrorCovariance& p, const Tall& a, const Tall& b) {
   for (int c = kBlock; c < kBlock + 3; ++c)
     add_product<N - kFirst>(&p(kFirst, c), &a(kFirst, 0), kTallRows, -b(c, 0), -b(c, 1), -b(c, 2));
->>>>>>> h-filter
 }
 
 // N: 15, or 9 where biases are left out, whose blocks are then never touched.
