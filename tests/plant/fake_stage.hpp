@@ -27,7 +27,7 @@ class FakeDrive final : public DriveSource {
   bool next(DriveEpoch& epoch) override {
     if (k_ == epochs_) return false;
     epoch.utime = k_ * dt_;
-    epoch.readings = {{0, 100.0 + k_}, {1, 200.0 + k_}};
+    epoch.readings = {{0, 100.0 + k_, epoch.utime}, {1, 200.0 + k_, epoch.utime}};
     epoch.truth.clear();
     if (k_ % 2 == 0) epoch.truth = {300.0 + k_};
     ++k_;
