@@ -337,7 +337,7 @@ struct Drift {
   }
 };
 
-TEST(MountedImu, ReadingsOfTheIntervalDriftByMillimetresWhereSamplesDriftByMetres) {
+TEST(MountedImu, ReadingsOfTheIntervalDriftByMicrometresWhereSamplesDriftByDecimetres) {
   Scenario s = minute();
   s.imu->position_m = {0.3, 0.1, 0.4};
   s.imu->rpy_rad = {0.01, -0.02, 0.03};
@@ -359,8 +359,6 @@ TEST(MountedImu, ReadingsOfTheIntervalDriftByMillimetresWhereSamplesDriftByMetre
     of_held.add(held, simulation.motion(), *s.imu);
     of_sampled.add(sampled, simulation.motion(), *s.imu);
   }
-  std::printf("drift over 60 s: interval %.2e m, %.2e m/s, %.2e rad; sample %.2e m, %.2e m/s, %.2e rad\n", of_held.p, of_held.v,
-              of_held.attitude, of_sampled.p, of_sampled.v, of_sampled.attitude);
   // Both drives are integrated to 1e-10 a step: 516 m to 2e-5 m, yaw (through the distance, 0.05 rad/m) to 1e-6 rad.
   EXPECT_LT(of_held.attitude, 1e-6);
   EXPECT_LT(of_held.v, 1.4e-5);  // 14 m/s times that
@@ -386,7 +384,6 @@ TEST(MountedImu, ReadingsIntegrateExactlyToVelocityAndAttitude) {
     v = std::max(v, (d.v - Vector3(truth[3], truth[4], truth[5])).norm());
     attitude = std::max(attitude, global_minus(d.q, from_rpy({truth[6], truth[7], truth[8]})).norm());
   }
-  std::printf("integrated readings: %.2e m, %.2e m/s, %.2e rad\n", position, v, attitude);
   EXPECT_LT(attitude, 1e-9);  // 30000 steps' tolerance of 1e-12
   EXPECT_LT(v, 1e-8);
   EXPECT_LT(position, 1e-5);  // dt^2 / 12 of 6 m/s^2 = 2e-6, and the integrated velocity's error
@@ -405,7 +402,6 @@ TEST(RoadCarDrive, IsIntegratedToItsTolerance) {
     simulation.advance(1e-3 * ms);
     worst = std::max(worst, (simulation.state() - x).cwiseAbs().maxCoeff());
   }
-  std::printf("CVODE against Runge-Kutta: %.1e\n", worst);
   EXPECT_LT(worst, 5e-5);          // 1e-10 of 516 m a step, some hundred to thousand steps
   EXPECT_NEAR(x[4], 516.0, 1e-6);  // means of the speeds times their durations
   EXPECT_NEAR(x[3] - 2.4, 0.02 * 55 - 0.03 * 57.5 + 0.05 * 40 - 0.015 * 75, 1e-6);  // trapezoids of the curvature
