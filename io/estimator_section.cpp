@@ -149,7 +149,10 @@ void read_estimator(TomlTable& root, Scenario& scenario, const TextForm& name_fo
     t.only({"tuning", "model", "bounds"});
     t.choice("tuning", estimator.tuning, tunings);
     t.table("model", [&](TomlTable& m) { read_model(m, estimator, scenario); });
-    if (estimator.strapdown) return;  // it has no bounds
+    if (estimator.strapdown) {
+      if (t.has("bounds")) t.refuse("bounds", "a strapdown model has none");
+      return;
+    }
     names = model_names(scenario);
     t.table("bounds", [&](TomlTable& b) {
       b.numbers("lower", estimator.lower_bound, names.states, {}, any_number());

@@ -11,7 +11,8 @@
 namespace slipstream {
 namespace {
 
-const std::string kVehicles = "one of \"unimog\", \"quarter_car\", \"suspended_wheel\", \"bicycle\"";  // models/registry.hpp
+const std::string kVehicles =
+    "one of \"unimog\", \"quarter_car\", \"suspended_wheel\", \"bicycle\", \"road_car\"";  // models/registry.hpp
 
 // Lines are counted in the tests below: [sensor.wheel_speed] is line 5, [tuning.matched] line 12.
 const std::string kMinimal = R"(name = "minimal"
@@ -61,6 +62,63 @@ process_variance = { wheel_speed_radps = 1e-4, speed_mps = 1e-8, friction = 5e-3
 initial_variance = { wheel_speed_radps = 1, speed_mps = 1, friction = 1 }
 )";
 
+// Lines are counted: [sensor.imu] is line 9, [sensor.gnss] line 12, [sensor.lidar] line 16, [tuning.matched] line 21.
+const std::string kStrapdown = R"(name = "strapdown"
+[world]
+latitude_deg = 50
+[vehicle]
+type = "road_car"
+speed_time_s = [0, 2]
+speed_mps = [0, 5]
+curvature_distance_m = []
+[sensor.imu]
+rate_hz = 200
+position_m = [0.1, 0.2, 0.3]
+[sensor.gnss]
+rate_hz = 5
+outages_s = [1, 2, 3, 4]
+noise_m = [0.1, 0.1, 0.3]
+[sensor.lidar]
+rate_hz = 10
+map_rpy_rad = [0.1, 0, 0]
+[estimator.model]
+type = "strapdown"
+[tuning.matched]
+start = "fixes"
+)";
+
+// Lines: [sensor.imu] 2, the groups 7, 11, 17, [recorded.attitude] 22.
+const std::string kRecordedStrapdown = R"(name = "drive"
+[sensor.imu]
+rate_hz = 100
+[sensor.gnss]
+rate_hz = 10
+[recorded]
+[[recorded.group]]
+quantity = "imu"
+file = "imu.csv"
+columns = ["a", "b", "c", "d", "e", "f"]
+[[recorded.group]]
+quantity = "gnss"
+file = "gnss.csv"
+columns = ["x", "y", "z"]
+frame = "enu"
+lag_s = 0.065
+[[recorded.truth]]
+quantity = "east_m"
+file = "truth.csv"
+column = "x"
+mean_with = ["xx"]
+[recorded.attitude]
+file = "truth.csv"
+axes = "frd"
+rpy_rad = [0, 0.1, 0]
+[estimator.model]
+type = "strapdown"
+[tuning.matched]
+initial_position_m = [0, 0, 0]
+)";
+
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
   const std::size_t at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
@@ -96,6 +154,10 @@ struct Bits {
     put(key);
     for (const double x : xs) put(x);
   }
+  void triple(const std::string& key, const Vector<double, 3>& xs, const Range&) {
+    put(key);
+    for (const double x : xs) put(x);
+  }
   void choice(const std::string& key, const std::string& s, const Choices&) { put(key), put(s); }
   void flag(const std::string& key, const bool& b) { put(key), put(b ? "yes" : "no"); }
 };
@@ -108,25 +170,44 @@ std::string bits_of(const Scenario& s) {
   for (const auto& c : s.sensors)
     b.put(c.type), b.put(c.quantity), b.put(c.rate_hz), b.put(c.noise.relative), b.put(c.noise.absolute), b.put(c.errors.scale),
         b.put(c.errors.bias), b.put(c.errors.quantum), b.put(c.errors.delay_s);
+  const auto put_all = [&](const auto& part) { part.visit_parameters(part, b); };
+  put_all(s.world);
+  if (s.imu) put_all(*s.imu);
+  if (s.gnss) put_all(*s.gnss);
+  if (s.lidar) put_all(*s.lidar);
   b.put(s.plant.input_rate_hz), b.put(s.plant.truth_rate_hz);
   b.put(s.plant.relative_tolerance), b.put(s.plant.absolute_tolerance);
   std::visit([&](const auto& v) { v.visit_parameters(v, b); }, s.plant.vehicle);
   if (s.recorded) {
     b.put(s.recorded->time_column);
     for (const auto* columns : {&s.recorded->sensors, &s.recorded->inputs, &s.recorded->truth})
-      for (const auto& c : *columns) b.put(c.quantity), b.put(c.file), b.put(c.column), b.put(c.scale), b.put(c.offset);
+      for (const auto& c : *columns) {
+        b.put(c.quantity), b.put(c.file), b.put(c.column), b.put(c.scale), b.put(c.offset), b.put(c.lead_s);
+        for (const auto& column : c.mean_with) b.put(column);
+      }
+    for (const auto& g : s.recorded->groups) {
+      b.put(g.quantity), b.put(g.file), b.put(g.frame), b.put(g.lag_s);
+      for (const auto& column : g.columns) b.put(column);
+      for (const double x : g.scale) b.put(x);
+    }
+    if (const auto& a = s.recorded->attitude) {
+      b.put(a->file), b.put(a->axes), b.triple("rpy_rad", a->rpy_rad, {});
+      for (const auto& column : a->columns) b.put(column);
+    }
     if (const auto& p = s.recorded->path_speed)
       b.put(p->file), b.put(p->x_column), b.put(p->y_column), b.put(p->yaw_column), b.put(p->window_s),
           b.put(p->max_residual_m);
   }
-  std::visit([&](const auto& p) { p.visit_parameters(p, b); }, s.estimator.process);
+  std::visit(put_all, s.estimator.process);
+  if (s.estimator.strapdown) put_all(*s.estimator.strapdown);
   b.put(s.estimator.tuning), b.put(s.estimator.lower_bound), b.put(s.estimator.upper_bound);
   for (const auto& [name, t] : s.estimator.tunings) {
     b.put(name), b.put(t.measurement_noise), b.put(t.measurement_variance), b.put(t.process_noise), b.put(t.process_variance);
     b.put(t.initial_mean), b.put(t.initial_variance), b.put(t.start), b.put(t.mhe_form), b.put(std::to_string(t.mhe_window));
     b.put(t.arrival_weight), b.put(t.measurement_weight), b.put(std::to_string(t.pf_particles)), b.put(t.pf_resample_below),
         b.put(std::to_string(t.pf_recover));
-    if (t.process) std::visit([&](const auto& p) { p.visit_parameters(p, b); }, *t.process);
+    if (t.process) std::visit(put_all, *t.process);
+    put_all(t.strapdown);
   }
   return b.text;
 }
@@ -223,6 +304,45 @@ TEST(ScenarioReader, ReadsARecordedDrive) {
   EXPECT_EQ(model_of(s).wheel.quarter.frontal_area_m2, QuarterCar{}.frontal_area_m2);
   EXPECT_EQ(s.estimator.tunings.at("matched").initial_mean.at("friction"), 0.0);
   EXPECT_EQ(loaded.resolved_toml.find("[vehicle]"), std::string::npos);
+  expect_round_trip(loaded);
+}
+
+TEST(ScenarioReader, ReadsAStrapdownModelAndItsSensors) {
+  const LoadedScenario loaded = load_scenario_text(kStrapdown, "s.toml");
+  const Scenario& s = loaded.scenario;
+  EXPECT_EQ(s.world.origin.latitude_deg, 50.0);
+  EXPECT_EQ(s.world.origin.longitude_deg, 8.0);
+  ASSERT_TRUE(s.imu && s.gnss && s.lidar && s.estimator.strapdown);
+  EXPECT_EQ(s.imu->rate_hz, 200.0);
+  EXPECT_EQ(s.gnss->outages_s, (std::vector<double>{1, 2, 3, 4}));
+  EXPECT_EQ(s.gnss->noise_m[2], 0.3);
+  // Estimators believe what the sensors are ...
+  EXPECT_EQ(s.estimator.strapdown->imu_position_m, s.imu->position_m);
+  EXPECT_EQ(s.estimator.strapdown->lidar_map_rpy_rad[0], 0.1);
+  EXPECT_EQ(s.estimator.strapdown->gravity_mps2, 9.81);
+  EXPECT_EQ(s.estimator.tunings.at("matched").strapdown.start, "fixes");
+  for (const char* line : {"bias_walk_radps = 0.0\n", "outages_s = [1.0, 2.0, 3.0, 4.0]\n", "map_rpy_rad = [0.1, 0.0, 0.0]\n",
+                           "longitude_deg = 8.0\n", "curvature_radpm = []\n", "history_s = 1.0\n"})
+    EXPECT_NE(loaded.resolved_toml.find(line), std::string::npos) << line << loaded.resolved_toml;
+  expect_round_trip(loaded);
+  // ... unless they are told otherwise.
+  const LoadedScenario wrong = load_scenario_text(
+      replaced(kStrapdown, "\"strapdown\"\n[tuning", "\"strapdown\"\nlidar_map_rpy_rad = [0, 0, 0.1]\n[tuning"), "s.toml");
+  EXPECT_EQ(wrong.scenario.estimator.strapdown->lidar_map_rpy_rad[0], 0.0);
+  EXPECT_EQ(wrong.scenario.lidar->map_rpy_rad[0], 0.1);
+  expect_round_trip(wrong);
+}
+
+TEST(ScenarioReader, ReadsARecordedStrapdownDrive) {
+  const LoadedScenario loaded = load_scenario_text(kRecordedStrapdown, "s.toml");
+  const RecordedConfig& r = loaded.scenario.recorded.value();
+  ASSERT_EQ(r.groups.size(), 2u);
+  EXPECT_EQ(r.groups[0].columns.at(5), "f");
+  EXPECT_EQ(r.groups[1].frame, "enu");
+  EXPECT_EQ(r.groups[1].lag_s, 0.065);
+  EXPECT_EQ(r.truth.at(0).mean_with, std::vector<std::string>{"xx"});
+  EXPECT_EQ(r.attitude.value().axes, "frd");
+  EXPECT_EQ(r.attitude->rpy_rad[1], 0.1);
   expect_round_trip(loaded);
 }
 
@@ -358,7 +478,8 @@ TEST(ScenarioReader, RefusesWhatIsMissing) {
   EXPECT_EQ(refused_with("[run]", "[recorded]"), "s.toml: expected either [vehicle] or [recorded], found both");
   EXPECT_EQ(
       refused_with("[sensor.wheel_speed]\nrate_hz = 50", ""),
-      "s.toml: sensor: no sensor; expected one of wheel_speed, accelerometer, yaw_rate, lateral_accelerometer, motor_current, forward_speed, imu, gnss, lidar");
+      "s.toml: sensor: no sensor; expected one of wheel_speed, accelerometer, yaw_rate, lateral_accelerometer, motor_current, "
+      "forward_speed, imu, gnss, lidar");
   EXPECT_EQ(refused(kMinimal.substr(0, kMinimal.find("[tuning"))), "s.toml: tuning: expected at least one table [tuning.NAME]");
   EXPECT_EQ(refused_with(", friction = 5e-3", ""), "s.toml:13:20: missing key 'friction' in [tuning.matched.process_variance]");
   EXPECT_EQ(refused_with("process_variance", "#"),
@@ -428,6 +549,91 @@ TEST(ScenarioReader, RefusesSensorErrorsThatMakeNoSense) {
                      "s.toml");  // none: accepted
 }
 
+TEST(ScenarioReader, RefusesMountedSensorsThatCannotBe) {
+  const auto with = [](const std::string& from, const std::string& to) { return refused(replaced(kStrapdown, from, to)); };
+  EXPECT_EQ(refused(kStrapdown), "(not refused)");
+  EXPECT_EQ(with("latitude_deg = 50", "latitude_deg = 95"),
+            "s.toml:3:16: world.latitude_deg: found 95, expected a number from -90 to 90");
+  EXPECT_EQ(with("latitude_deg", "lattitude_deg"),
+            "s.toml:3:1: unknown key 'lattitude_deg' in [world]; did you mean 'latitude_deg'?");
+  EXPECT_EQ(with("position_m = [0.1, 0.2, 0.3]", "position_m = [0.1, 0.2]"),
+            "s.toml:11:14: sensor.imu.position_m: found a list, expected a list of three numbers");
+  EXPECT_EQ(with("position_m = [0.1, 0.2, 0.3]", "position_m = [0.1, 0.2, 1000]"),
+            "s.toml:11:25: sensor.imu.position_m: found 1000, expected a number from -100 to 100");
+  EXPECT_EQ(with("position_m = [0.1, 0.2, 0.3]", "noise_mps = 0.1"),
+            "s.toml:11:1: unknown key 'noise_mps' in [sensor.imu]; did you mean 'noise_mps2'?");
+  EXPECT_EQ(with("rate_hz = 5\n", ""), "s.toml:12:1: missing key 'rate_hz' in [sensor.gnss]");
+  EXPECT_EQ(with("[1, 2, 3, 4]", "[1, 2, 3]"),
+            "s.toml:14:13: sensor.gnss.outages_s: found 3 times, expected pairs: from, to, from, to, ...");
+  EXPECT_EQ(with("[1, 2, 3, 4]", "[1, 2, 2, 4]"),
+            "s.toml:14:13: sensor.gnss.outages_s: found 2 after 2, expected increasing times");
+  EXPECT_EQ(with("[0.1, 0.1, 0.3]", "[0.1, 0.1, 0]"),
+            "s.toml:15:22: sensor.gnss.noise_m: found 0, expected a number greater than 0 and at most 10000");
+  EXPECT_EQ(with("[sensor.gnss]", "[sensor.gnns]"), "s.toml:12:9: unknown key 'gnns' in [sensor]; did you mean 'gnss'?");
+  EXPECT_EQ(
+      with("type = \"road_car\"\nspeed_time_s = [0, 2]\nspeed_mps = [0, 5]\ncurvature_distance_m = []", "type = \"unimog\""),
+      "s.toml:6:1: sensor: the vehicle 'unimog' has no motion in three dimensions, which [sensor.imu] measures");
+  EXPECT_EQ(with("speed_mps = [0, 5]", "speed_mps = [5]"),
+            "s.toml: vehicle.speed_mps: has 1 values, expected 2, one for each of vehicle.speed_time_s");
+  EXPECT_EQ(with("speed_mps = [0, 5]", "speed_mps = [0, -5]"),
+            "s.toml:7:17: vehicle.speed_mps: found -5, expected a number from 0 to 200");
+  EXPECT_EQ(with("[sensor.imu]\nrate_hz = 200\nposition_m = [0.1, 0.2, 0.3]\n", ""),
+            "s.toml:17:8: estimator.model.type: the model 'strapdown' needs an IMU: there is no [sensor.imu]");
+}
+
+TEST(ScenarioReader, RefusesStrapdownTuningsThatMakeNoSense) {
+  const auto with = [](const std::string& line) { return refused(replaced(kStrapdown, "start = \"fixes\"", line)); };
+  EXPECT_EQ(with("start = \"given\""),
+            "s.toml:22:9: tuning.matched.start: \"given\" needs initial_position_m, initial_velocity_mps, initial_rpy_rad");
+  EXPECT_EQ(with("start = \"fix\""), "s.toml:22:9: tuning.matched.start: found \"fix\", expected one of \"given\", \"fixes\"");
+  EXPECT_EQ(with("start = \"fixes\"\ngate = 1"),
+            "s.toml:23:8: tuning.matched.gate: found 1, expected a number from 0 to 0.999999999999");
+  EXPECT_EQ(with("start = \"fixes\"\nbias = false"),
+            "s.toml:23:1: unknown key 'bias' in [tuning.matched]; did you mean 'biases'?");
+  EXPECT_EQ(with("start = \"fixes\"\nprocess_variance = { east_m = 1 }"),
+            "s.toml:23:1: unknown key 'process_variance' in [tuning.matched]");
+  EXPECT_EQ(refused(replaced(kStrapdown, "[tuning", "[estimator.bounds]\nlower = {}\n[tuning")),
+            "s.toml:21:1: estimator.bounds: a strapdown model has none");
+}
+
+TEST(ScenarioReader, RefusesRecordedReadingsThatCannotBe) {
+  const auto with = [](const std::string& from, const std::string& to) {
+    return refused(replaced(kRecordedStrapdown, from, to));
+  };
+  EXPECT_EQ(refused(kRecordedStrapdown), "(not refused)");
+  EXPECT_EQ(with("\"gnss\"", "\"lidar\""),
+            "s.toml:12:12: recorded.group.quantity: found \"lidar\", expected one of \"imu\", \"gnss\"");
+  EXPECT_EQ(with("\"gnss\"", "\"imu\""), "s.toml:14:11: recorded.group.columns: found 3, expected 6 for 'imu'");
+  EXPECT_EQ(with("[\"x\", \"y\", \"z\"]", "[\"x\", \"y\"]"),
+            "s.toml:14:11: recorded.group.columns: found 2, expected 3 for 'gnss'");
+  EXPECT_EQ(with("frame = \"enu\"", "scale = [1, 1]"), "s.toml:15:9: recorded.group.scale: found 2, expected 3 or none");
+  EXPECT_EQ(with("frame = \"enu\"", "frame = \"ned\""),
+            "s.toml:15:9: recorded.group.frame: found \"ned\", expected one of \"geodetic\", \"enu\"");
+  EXPECT_EQ(with("file = \"imu.csv\"", "file = \"imu.csv\"\nframe = \"enu\""),
+            "s.toml:10:9: recorded.group.frame: only of 'gnss'");
+  EXPECT_EQ(with("lag_s = 0.065", "lag_s = -1"), "s.toml:16:9: recorded.group.lag_s: found -1, expected a number from 0 to 10");
+  EXPECT_EQ(with("lag_s = 0.065", "lag = 1"), "s.toml:16:1: unknown key 'lag' in [[recorded.group]]; did you mean 'lag_s'?");
+  EXPECT_EQ(with("[recorded]", "[sensor.lidar]\nrate_hz = 1\n[recorded]"),
+            "s.toml:9:1: recorded.group: no columns for [sensor.lidar]");
+  EXPECT_EQ(with("lag_s = 0.065",
+                 "[[recorded.group]]\nquantity = \"imu\"\nfile = \"a\"\ncolumns = [\"a\", \"b\", \"c\", \"d\", \"e\", \"f\"]"),
+            "s.toml:17:12: recorded.group.quantity: 'imu' is recorded twice");
+  EXPECT_EQ(with("axes = \"frd\"", "columns = [\"w\", \"x\", \"y\"]"),
+            "s.toml:24:11: recorded.attitude.columns: found 3, expected 4: the quaternion's w, x, y, z");
+  EXPECT_EQ(with("axes = \"frd\"", "axes = \"ned\""),
+            "s.toml:24:8: recorded.attitude.axes: found \"ned\", expected one of \"flu\", \"frd\"");
+  EXPECT_EQ(with("\"east_m\"", "\"yaw_rad\""), "s.toml:22:1: recorded.attitude: 'yaw_rad' is also in [[recorded.truth]]");
+  EXPECT_EQ(with("\"east_m\"", "\"easting_m\""),
+            "s.toml:18:12: recorded.truth.quantity: unknown quantity 'easting_m'; did you mean 'east_m'?");
+  const std::string reason = ": only a simulated sensor can have one; a recorded drive has the errors of its own sensors";
+  EXPECT_EQ(with("rate_hz = 100", "rate_hz = 100\nbias_radps = [0, 0, 1]"), "s.toml:4:14: sensor.imu.bias_radps" + reason);
+  EXPECT_EQ(with("rate_hz = 100", "rate_hz = 100\ngyro_scale = [1, 1, 1.01]"), "s.toml:4:14: sensor.imu.gyro_scale" + reason);
+  EXPECT_EQ(with("rate_hz = 100", "rate_hz = 100\nrange_mps2 = 80"), "s.toml:4:14: sensor.imu.range_mps2" + reason);
+  EXPECT_EQ(with("rate_hz = 10\n", "rate_hz = 10\ndelay_s = 0.1\n"),
+            "s.toml:6:11: sensor.gnss.delay_s: only a simulated sensor can have one; how late recorded fixes are says lag_s of "
+            "[[recorded.group]]");
+}
+
 TEST(ScenarioReader, RefusesSyntaxErrorsAndMissingFiles) {
   const std::string line = refused("name = \"a\"\n[run\nseed = 1\n");
   EXPECT_EQ(line.substr(0, 26), "s.toml:2:5: syntax error: ") << line;
@@ -442,7 +648,8 @@ TEST(ScenarioReader, RefusesSyntaxErrorsAndMissingFiles) {
 TEST(ScenarioReader, SurvivesDamagedText) {
   std::mt19937 random(7);
   for (int i = 0; i < 3000; ++i) {
-    std::string text = i % 2 == 0 ? kMinimal : kRecorded;
+    const std::string* const texts[]{&kMinimal, &kRecorded, &kStrapdown, &kRecordedStrapdown};
+    std::string text = *texts[i % 4];
     for (int k = 0; k < 3; ++k) {
       const std::size_t at = random() % text.size();
       if (random() % 3 == 0)

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "common/refusal.hpp"
@@ -60,6 +61,35 @@ TEST(RecordedDrive, StopsAtTheDurationInclusive) {
   EXPECT_EQ(play(drive).back().utime, 250000);
   DriveEpoch epoch;
   EXPECT_FALSE(drive.next(epoch));
+}
+
+TEST(RecordedDrive, ReadingsOfSeveralNumbersCarryTheTimeOfTheirMeasurement) {
+  RecordedStreams s = small_drive();
+  const auto fix = [](double x) { return Values(std::array{x, 8.0, 100.0}); };
+  s.groups = {{"gnss", {0.05, 0.1, 0.2, 0.3}, {fix(1), fix(2), fix(3), fix(4)}, 0.0600004},
+              {"imu", {0.1}, {Values(std::array{1.0, 2.0, 3.0, 4.0, 5.0, 6.0})}, 0.0}};
+  RecordedDrive drive(s, 0.0);
+  EXPECT_EQ(drive.quantities(), (std::vector<std::string>{"drive_torque_nm", "wheel_speed_radps", "a_x_mps2", "gnss", "imu"}));
+  std::vector<std::pair<Utime, Utime>> sent_and_taken;
+  std::vector<double> values;
+  DriveEpoch epoch;
+  while (drive.next(epoch))
+    for (const NamedValue& r : epoch.readings) {
+      if (r.channel == 3) {
+        sent_and_taken.emplace_back(epoch.utime, r.utime);
+        EXPECT_EQ(r.value.size(), 3u);
+        values.push_back(r.value[0]);
+      } else {
+        EXPECT_EQ(r.utime, epoch.utime);
+      }
+      if (r.channel == 4) {
+        EXPECT_EQ(std::vector<double>(r.value.begin(), r.value.end()), (std::vector<double>{1, 2, 3, 4, 5, 6}));
+        EXPECT_EQ(epoch.utime, 100000);
+      }
+    }
+  // The fix of 0.05 s was measured before the start.
+  EXPECT_EQ(sent_and_taken, (std::vector<std::pair<Utime, Utime>>{{100000, 40000}, {200000, 140000}, {300000, 240000}}));
+  EXPECT_EQ(values, (std::vector<double>{2, 3, 4}));
 }
 
 TEST(RecordedDrive, RefusesTimesThatCannotBe) {
