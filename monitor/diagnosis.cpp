@@ -117,8 +117,8 @@ Tally tally(const SensorRecord& s, const Episode& e) {
   t.dimension /= std::max(known, 1.0);
   t.others_nis /= std::max(ordinary, 1.0);
   const double q = s.nis[t.first_outlier];
-  t.is_jump = t.outliers > 0 && t.first_outlier >= kEarlier && q >= t.nis &&
-              q > 3.0 * outlier_bound(s.dimension[t.first_outlier]);
+  t.is_jump =
+      t.outliers > 0 && t.first_outlier >= kEarlier && q >= t.nis && q > 3.0 * outlier_bound(s.dimension[t.first_outlier]);
   return t;
 }
 
@@ -153,7 +153,7 @@ Finding jump(const EstimatorRecord& r, const Ailing& a) {
   f.since_s = seconds(r.utime[s.row[tally(s, a.episode).first_outlier]]);
   const InnovationSensor* known = known_sensor(f.sensor);
   const bool left_out = f.gated >= f.outliers;
-  const char* question = f.sensor == "gnss"             ? "multipath?"
+  const char* question = f.sensor == "gnss"            ? "multipath?"
                          : known && known->is_position ? "is its map right there?"
                                                        : "does it fail?";
   f.text = fmt::format("{} jump: {} of {} {} {}; {}", subject_of(f.sensor), left_out ? f.gated : f.outliers, f.measured,
