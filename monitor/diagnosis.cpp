@@ -15,7 +15,7 @@ namespace {
 constexpr std::array kAxes{"east", "north", "up"};
 constexpr std::array kPlace{"east_m", "north_m", "up_m"}, kAttitude{"roll_rad", "pitch_rad", "yaw_rad"},
     kVelocity{"v_east_mps", "v_north_mps", "v_up_mps"};
-constexpr std::size_t kLeastPairs = 8, kMostPairs = 4000, kEarlier = 20;
+constexpr std::size_t kLeastPairs = 8, kMostPairs = 4000, kEarlier = 10;
 constexpr Utime kPairGap = 1'000'000;
 
 // Columns of these states; empty: the estimator has not all of them.
@@ -92,16 +92,19 @@ struct Tally {
   std::int64_t measured = 0, outliers = 0, gated = 0;
   double nis = 0.0, dimension = 0.0;  // means
   double others_nis = 0.0;            // mean without the outliers; 0 without any
-  bool is_abrupt = false;             // one of the first two is an outlier and not below the mean
+  std::size_t first_outlier = 0;      // e.first if there is none
+  bool is_jump = false;               // that one is large, not below the mean, and after ten consistent measurements
 };
 Tally tally(const SensorRecord& s, const Episode& e) {
   Tally t;
+  t.first_outlier = e.first;
   double known = 0.0, ordinary = 0.0;
   for (std::size_t k = e.first; k <= e.last && k < s.nis.size(); ++k) {
     ++t.measured;
     t.gated += s.gated[k];
     if (!std::isfinite(s.nis[k])) continue;
     const bool is_outlier = s.nis[k] > outlier_bound(s.dimension[k]);
+    if (is_outlier && t.outliers == 0) t.first_outlier = k;
     t.outliers += is_outlier ? 1 : 0;
     known += 1.0;
     t.nis += s.nis[k];
@@ -113,10 +116,9 @@ Tally tally(const SensorRecord& s, const Episode& e) {
   t.nis /= std::max(known, 1.0);
   t.dimension /= std::max(known, 1.0);
   t.others_nis /= std::max(ordinary, 1.0);
-  for (std::size_t k = e.first; k <= e.first + 1 && k < s.nis.size(); ++k) {
-    const bool is_large = s.nis[k] >= t.nis && s.nis[k] > outlier_bound(s.dimension[k]);
-    t.is_abrupt = t.is_abrupt || is_large;
-  }
+  const double q = s.nis[t.first_outlier];
+  t.is_jump =
+      t.outliers > 0 && t.first_outlier >= kEarlier && q >= t.nis && q > 3.0 * outlier_bound(s.dimension[t.first_outlier]);
   return t;
 }
 
@@ -144,14 +146,19 @@ Finding start(const EstimatorRecord& r, const Ailing& a) {
   return f;
 }
 
-std::string jump_text(const Finding& f) {
+Finding jump(const EstimatorRecord& r, const Ailing& a) {
+  Finding f = start(r, a);
+  const SensorRecord& s = r.sensors.at(a.sensor);
+  f.cause = Cause::kJump;
+  f.since_s = seconds(r.utime[s.row[tally(s, a.episode).first_outlier]]);
   const InnovationSensor* known = known_sensor(f.sensor);
   const bool left_out = f.gated >= f.outliers;
   const char* question = f.sensor == "gnss"            ? "multipath?"
                          : known && known->is_position ? "is its map right there?"
                                                        : "does it fail?";
-  return fmt::format("{} jump: {} of {} {} {}; {}", subject_of(f.sensor), left_out ? f.gated : f.outliers, f.measured,
-                     left_out ? "were left out (gated)" : "are outliers", when(f), question);
+  f.text = fmt::format("{} jump: {} of {} {} {}; {}", subject_of(f.sensor), left_out ? f.gated : f.outliers, f.measured,
+                       left_out ? "were left out (gated)" : "are outliers", when(f), question);
+  return f;
 }
 
 Finding diagnose_one(const EstimatorRecord& r, const Ailing& a, bool is_alone) {
@@ -159,12 +166,7 @@ Finding diagnose_one(const EstimatorRecord& r, const Ailing& a, bool is_alone) {
   const Tally t = tally(r.sensors.at(a.sensor), a.episode);
   const InnovationSensor* known = known_sensor(a.sensor);
   const bool rare = 2 * t.outliers <= t.measured && t.others_nis < 1.5 * t.dimension;
-  const bool sudden = known && known->is_position && a.episode.first >= kEarlier && t.is_abrupt;
-  if (t.outliers > 0 && (rare || sudden)) {
-    f.cause = Cause::kJump;
-    f.text = jump_text(f);
-    return f;
-  }
+  if (t.outliers > 0 && (rare || (known && known->is_position && t.is_jump))) return jump(r, a);
   const std::string badly = fmt::format("NIS {} of {:.3g} {}", amount(f.nis), f.dimension, when(f));
   const double k = is_alone && a.sensor == "forward_speed_mps" ? speed_scale(r, a) : 0.0;
   if (k != 0.0) {
@@ -193,24 +195,19 @@ std::optional<Finding> diagnose_two(const EstimatorRecord& r, const std::string&
   const Ailing* first = nullptr;  // whose episode begins first
   for (const Ailing& a : ailing) {
     const SensorRecord& s = r.sensors.at(a.sensor);
-    if (!first || a.episode.since < first->episode.since) first = &a;
+    if (!first) first = &a;
     begin = std::min(begin, s.row[a.episode.first]);
     end = std::max(end, a.episode.until ? s.row[a.episode.last] + 1 : r.utime.size());
   }
+  if (tally(r.sensors.at(first->sensor), first->episode).is_jump) return jump(r, *first);
   const PairFit fit = fit_pairs(position_pairs(r, suspect, other, begin, end));
-  if (fit.cause == Cause::kUnknown) return std::nullopt;
+  if (fit.cause == Cause::kUnknown || (fit.cause == Cause::kShift && first->episode.first >= kEarlier)) return std::nullopt;
   Finding f = start(r, *first);
-  const bool is_late = first->episode.first >= kEarlier;
-  if (is_late && tally(r.sensors.at(first->sensor), first->episode).is_abrupt) {
-    f.cause = Cause::kJump;
-    f.text = jump_text(f);
-    return f;
-  }
-  if (is_late && fit.cause == Cause::kShift) return std::nullopt;
   std::string badly;
   for (const Ailing& a : ailing) {
     const Finding one = start(r, a);
     badly += fmt::format("{}{} of {}", badly.empty() ? "NIS " : " and ", amount(one.nis), sensor_label(a.sensor));
+    f.since_s = std::min(f.since_s, one.since_s);
     if (one.nis < f.nis) continue;
     f.nis = one.nis;
     f.dimension = one.dimension;
@@ -375,7 +372,12 @@ std::vector<Vector3> fix_positions(const EstimatorRecord& r, const std::string& 
 
 std::vector<Finding> diagnose(const EstimatorRecord& r, const std::vector<Ailing>& ailing) {
   std::vector<Ailing> rest = ailing;
-  std::sort(rest.begin(), rest.end(), [](const Ailing& a, const Ailing& b) { return a.episode.since < b.episode.since; });
+  // By their first outlier: a chance excursion before it must not change their order.
+  const auto begins = [&](const Ailing& a) {
+    const SensorRecord& s = r.sensors.at(a.sensor);
+    return s.row[tally(s, a.episode).first_outlier];
+  };
+  std::sort(rest.begin(), rest.end(), [&](const Ailing& a, const Ailing& b) { return begins(a) < begins(b); });
   std::vector<Finding> findings;
   for (std::size_t i = 0; i < rest.size();) {
     std::vector<std::size_t> together;

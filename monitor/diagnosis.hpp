@@ -15,14 +15,16 @@
 //                                          component of phi is below four standard deviations, are left out
 // The one with the least  3N ln(SS_res) + k ln(3N)  (Schwarz 1978; k = 3, 3, 6) is the cause if it explains half of sum |d|^2,
 // and if its parameters are not by chance: (SS_tot - SS_res)/k > 10 SS_res/(3N - k). No mounting begins to be wrong
-// during a drive: what begins abruptly (one of the first two NIS of the episode is an outlier and not below the mean) after 20
-// consistent fixes of the sensor is a jump, a shift that begins slowly is not yet explained. And none mends itself: such a
-// finding has no end, and takes in what the two sensors do later. The fitted phi turns the fixes: R_used = exp(phi) R_right.
+// during a drive: a shift that begins after ten consistent fixes of the sensor is not yet explained. And none mends itself:
+// such a finding has no end, and takes in what the two sensors do later. The fitted phi turns the fixes: R_used = exp(phi)
+// R_right. Before all this: the first of the two jumps, if the first outlier of its episode comes after ten consistent fixes,
+// is three times the outliers' bound (sensor_watch.hpp) and not below the mean NIS of the episode. The other one then only
+// follows the estimate.
 //
 // One sensor.
 //   jumps       at most half of the episode's measurements are outliers (sensor_watch.hpp), and without them the mean NIS is
 //   below
-//               1.5 d; or a position sensor's episode begins abruptly after 20 consistent fixes
+//               1.5 d; or a position sensor jumps as above
 //   scale       forward speed: nu = k v, v the estimated speed; the cause if it explains half of sum nu^2
 //   otherwise   the sensor's own question (innovation_sensors.hpp)
 #pragma once

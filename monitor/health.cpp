@@ -69,7 +69,10 @@ void Health::examine(const EstimatorRecord& r) {
   for (const Finding& f : findings(r)) {
     if (!f.until_s) present_.push_back(f.text);
     if (f.cause == Cause::kSilent) continue;
-    const std::string key = fmt::format("{} {} {}", f.sensor, f.since_s, f.until_s ? "over" : cause_name(f.cause));
+    // A mounting fault is one thing, whatever more data say of its beginning.
+    const std::string key = f.other.empty()
+                                ? fmt::format("{} {} {}", f.sensor, f.since_s, f.until_s ? "over" : cause_name(f.cause))
+                                : fmt::format("{} {} {}", f.sensor, f.other, cause_name(f.cause));
     tell(key, f.until_s ? fmt::format("{} consistent again at {:.1f} s", sensor_label(f.sensor), *f.until_s) : f.text);
   }
 }

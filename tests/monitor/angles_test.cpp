@@ -15,7 +15,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 TEST(Angles, TheNearestTurn) {
   EXPECT_EQ(nearest_turn(0.3, 0.1), 0.3);
-  EXPECT_NEAR(nearest_turn(-3.1, 3.1), 2.0 * kPi - 3.1, 1e-15);         // rounding
+  EXPECT_NEAR(nearest_turn(-3.1, 3.1), 2.0 * kPi - 3.1, 1e-15);       // rounding
   EXPECT_NEAR(nearest_turn(0.1, 6.0 * kPi), 6.0 * kPi + 0.1, 1e-14);  // rounding
   EXPECT_EQ(nearest_turn(1.0, kNan), 1.0);
   EXPECT_TRUE(std::isnan(nearest_turn(kNan, 1.0)));
@@ -25,7 +25,8 @@ TEST(Angles, TheNearestTurn) {
 
 // Where the truth is not known the estimate goes on from itself.
 TEST(Angles, AnEstimateFollowsItsTruthElseItself) {
-  const std::vector<double> on = on_turn_of(std::vector<double>{3.1, 3.3, kNan, kNan, kNan}, std::vector<double>{3.1, -3.0, -2.9, kNan, -2.8});
+  const std::vector<double> on =
+      on_turn_of(std::vector<double>{3.1, 3.3, kNan, kNan, kNan}, std::vector<double>{3.1, -3.0, -2.9, kNan, -2.8});
   EXPECT_EQ(on[0], 3.1);
   EXPECT_NEAR(on[1], 2.0 * kPi - 3.0, 1e-15);  // rounding
   EXPECT_NEAR(on[2], 2.0 * kPi - 2.9, 1e-15);  // the same
@@ -64,8 +65,8 @@ TEST(Angles, AWrappedOneScoresAsAnUnwrappedOne) {
     EXPECT_NEAR(yaw.score.rmse, 0.1, 1e-12);           // rounding over two turns
     EXPECT_NEAR(yaw.score.max_abs_error, 0.1, 1e-12);  // the same
     // SS_tot = 0.01 (101^3 - 101)/12 = 858.5, SS_res = 101 * 0.01.
-    EXPECT_NEAR(yaw.score.r2, 1.0 - 1.01 / 858.5, 1e-12);                      // the same
-    EXPECT_NEAR(board.estimators[0].nees_score.mean, 1.0, 1e-10);             // 0.1^2/0.01
+    EXPECT_NEAR(yaw.score.r2, 1.0 - 1.01 / 858.5, 1e-12);          // the same
+    EXPECT_NEAR(board.estimators[0].nees_score.mean, 1.0, 1e-10);  // 0.1^2/0.01
     EXPECT_NEAR(t.running.rmse(0), 0.1, 1e-12);
     for (std::size_t i = 1; i < yaw.estimate.size(); ++i)
       EXPECT_NEAR(yaw.estimate[i] - yaw.estimate[i - 1], 0.1, 1e-9) << "no jump is drawn";
@@ -85,7 +86,7 @@ TEST(Angles, TheDifferenceInTheSeriesIsTheError) {
   while (std::getline(file, line)) {
     double time = 0.0, truth = 0.0, estimate = 0.0;
     if (std::sscanf(line.c_str(), "%lf,%lf,%lf", &time, &truth, &estimate) != 3) continue;  // no truth at that instant
-    EXPECT_NEAR(estimate - truth, 0.1, 1e-12);  // rounding
+    EXPECT_NEAR(estimate - truth, 0.1, 1e-12);                                              // rounding
     ++rows;
   }
   EXPECT_EQ(rows, 51);
@@ -112,10 +113,10 @@ TEST(Figures, AStrapdownRunHasItsStatesInGroupsAndItsWay) {
     ids.push_back(figure.id);
     EXPECT_LT(figure.script.size(), 600'000u) << figure.id;  // 2000 points a curve: see kMaxPlotPoints
   }
-  EXPECT_EQ(ids, (std::vector<std::string>{"way", "state-position", "error-position", "state-velocity", "error-velocity",
-                                           "state-attitude", "error-attitude", "state-accelerometer-bias",
-                                           "error-accelerometer-bias", "state-gyro-bias", "error-gyro-bias", "innovations",
-                                           "nis", "nees", "steptime"}));
+  EXPECT_EQ(
+      ids, (std::vector<std::string>{"way", "state-position", "error-position", "state-velocity", "error-velocity",
+                                     "state-attitude", "error-attitude", "state-accelerometer-bias", "error-accelerometer-bias",
+                                     "state-gyro-bias", "error-gyro-bias", "innovations", "nis", "nees", "steptime"}));
 }
 
 // A fix of the drive lies where it was measured: 0.1 m of noise about the truth, whatever the filter made of it.
@@ -127,7 +128,8 @@ TEST(Figures, FixesAreDrawnWhereTheyWere) {
   const std::vector<Vector3> fixes = fix_positions(drive.session.run()->estimators().at("es_ekf"), "gnss");
   ASSERT_EQ(fixes.size(), 300u);
   double square = 0.0;
-  for (std::size_t k = 0; k < fixes.size(); ++k) square += (fixes[k] - TestDrive::position(0.1 * static_cast<double>(k + 1))).squaredNorm();
+  for (std::size_t k = 0; k < fixes.size(); ++k)
+    square += (fixes[k] - TestDrive::position(0.1 * static_cast<double>(k + 1))).squaredNorm();
   EXPECT_NEAR(std::sqrt(square / 900.0), 0.1, 0.01);  // 900 samples: 2.4 % at one sigma; the gain of 20 ms before: 3 %
 }
 

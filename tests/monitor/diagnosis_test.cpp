@@ -158,8 +158,6 @@ TEST(Diagnosis, ALidarMapThatIsTurned) {
       EXPECT_FALSE(found[0].until_s);
       const std::vector<std::string> lines = drive.warnings();
       ASSERT_FALSE(lines.empty());
-      if (seed == 1)
-        for (const std::string& line : lines) std::cout << "    " << line << "\n";
       EXPECT_NE(lines.back().find("es_ekf: LIDAR fixes disagree with GNSS, as if turned by"), std::string::npos)
           << lines.back();
       EXPECT_LE(lines.size(), 4u);
