@@ -5,7 +5,14 @@
 #include <limits>
 
 #include "common/batch_math.hpp"
-#include "common/wide.hpp"
+
+// Compiled twice, the wider for processors that have it; chosen when the program starts (which sanitizers do not survive).
+#if defined(__x86_64__) && defined(__linux__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)
+#define SLIPSTREAM_WIDE [[gnu::target_clones("avx2", "default"), gnu::flatten]]
+#else
+#define SLIPSTREAM_WIDE
+#endif
 
 namespace slipstream {
 
