@@ -87,7 +87,7 @@ TEST_P(EsEkf, InnovationsAreAsDifferencesSay) {
     const NavigationBelief before = b;
     const NavigationInnovation i = filter_->update(b, m, kNever);
     EXPECT_EQ(i.size, m.size);
-    EXPECT_LT((i.nu.head(m.size) - nu).norm(), 1e-12);  // rounding
+    EXPECT_LT((i.nu.head(m.size) - nu).norm(), 1e-12);                                          // rounding
     EXPECT_LT((i.S.topLeftCorner(m.size, m.size) - s).cwiseAbs().maxCoeff(), 1e-7 * s.norm());  // differences: h^2 and 1e-16/h
     EXPECT_NEAR(i.nis, nu.dot(s.ldlt().solve(nu)), 1e-6 * (1.0 + i.nis));
     // And what is done with it: the Kalman gain on the manifold, P - K S K'.
@@ -129,10 +129,10 @@ TEST_P(EsEkf, ForwardSpeedByHand) {
   m.l = {0.0, 1.0, 0.0};
   m.w = {0.0, 0.0, 0.5};  // the point on the left is slower by 0.5 m/s
   const NavigationInnovation i = filter_->update(b, m, kNever);
-  EXPECT_NEAR(i.nu[0], 2.5, 1e-14);          // 12 - 9.5; rounding, as below
-  EXPECT_NEAR(i.S(0, 0), 5.0, 1e-14);        // 4 + 1
-  EXPECT_NEAR(i.nis, 1.25, 1e-14);           // 2.5^2 / 5
-  EXPECT_NEAR(b.x.v_WS[0], 12.0, 1e-14);     // 10 + 0.8 2.5
+  EXPECT_NEAR(i.nu[0], 2.5, 1e-14);                    // 12 - 9.5; rounding, as below
+  EXPECT_NEAR(i.S(0, 0), 5.0, 1e-14);                  // 4 + 1
+  EXPECT_NEAR(i.nis, 1.25, 1e-14);                     // 2.5^2 / 5
+  EXPECT_NEAR(b.x.v_WS[0], 12.0, 1e-14);               // 10 + 0.8 2.5
   EXPECT_NEAR(b.P(kVelocity, kVelocity), 0.8, 1e-14);  // 4 1 / 5
   EXPECT_NEAR(b.P(kVelocity + 1, kVelocity + 1), 4.0, 1e-14);
 }
@@ -143,8 +143,8 @@ TEST_P(EsEkf, NonholonomicConstraintTurnsTheHeadingByHand) {
   b.x.v_WS = {10.0, 0.5, 0.0};
   b.P(kAttitude + 2, kAttitude + 2) = 0.01;
   const NavigationInnovation i = filter_->update(b, body_velocity(Vector3::Zero(), 1.0, {1, 2, 0}, 2), kNever);
-  EXPECT_NEAR(i.S(0, 0), 2.0, 1e-14);                     // 0.01 10^2 + 1; rounding, as below
-  EXPECT_NEAR(to_rpy(b.x.q_WS)[2], 0.025, 1e-14);         // 0.01 10 / 2 of 0.5
+  EXPECT_NEAR(i.S(0, 0), 2.0, 1e-14);              // 0.01 10^2 + 1; rounding, as below
+  EXPECT_NEAR(to_rpy(b.x.q_WS)[2], 0.025, 1e-14);  // 0.01 10 / 2 of 0.5
   EXPECT_NEAR(b.P(kAttitude + 2, kAttitude + 2), 0.005, 1e-14);
 }
 

@@ -75,15 +75,16 @@ struct Consistency {
   int states = 0, numbers = 0;   // their degrees of freedom
 };
 
-// One drive of the discrete model with its own noise: readings miss the truth's by noise and bias, the start by a draw of P. Scored at
-// its end, and at every fix, which a lever arm sees, and every forward speed.
+// One drive of the discrete model with its own noise: readings miss the truth's by noise and bias, the start by a draw of P.
+// Scored at its end, and at every fix, which a lever arm sees, and every forward speed.
 inline void consistency_run(const NavigationFilter& filter, bool biases, std::uint64_t run, Consistency& sum) {
   RandomStream random(20240101, run, "navigation_consistency");
   const InertialNoise noise{0.01, 1e-4, biases ? 1e-4 : 0.0, biases ? 1e-7 : 0.0};
   constexpr double dt_s = 0.01, fix_variance = 0.04, speed_variance = 0.01;
   const int n = biases ? kErrors : 9;
   ErrorVector deviation;
-  deviation << Vector3::Constant(1.0), Vector3::Constant(0.3), Vector3::Constant(0.03), Vector3::Constant(0.1), Vector3::Constant(0.005);
+  deviation << Vector3::Constant(1.0), Vector3::Constant(0.3), Vector3::Constant(0.03), Vector3::Constant(0.1),
+      Vector3::Constant(0.005);
   NavigationBelief b;
   b.x.v_WS = {8.0, 0.0, 0.0};
   b.P.diagonal().head(n) = deviation.head(n).cwiseAbs2();
@@ -94,9 +95,11 @@ inline void consistency_run(const NavigationFilter& filter, bool biases, std::ui
   for (int k = 0; k < 2000; ++k) {
     // A weaving drive that speeds up and slows down: in the car's axes, of its true motion.
     const double t = dt_s * k, w_z = 0.3 * std::sin(0.7 * t), f_x = 1.5 * std::sin(0.4 * t);
-    const Vector3 w(0.02 * std::sin(3.0 * t), 0.02 * std::cos(2.0 * t), w_z), up = truth.q_WS.conjugate() * Vector3(0.0, 0.0, 9.81);
+    const Vector3 w(0.02 * std::sin(3.0 * t), 0.02 * std::cos(2.0 * t), w_z),
+        up = truth.q_WS.conjugate() * Vector3(0.0, 0.0, 9.81);
     const Vector3 v_B = truth.q_WS.conjugate() * truth.v_WS, f = up + w.cross(v_B) + Vector3(f_x, 0.0, 0.0);
-    const Inertial reading{f + truth.b_f + normal3(random, std::sqrt(noise.f)), w + truth.b_w + normal3(random, std::sqrt(noise.w))};
+    const Inertial reading{f + truth.b_f + normal3(random, std::sqrt(noise.f)),
+                           w + truth.b_w + normal3(random, std::sqrt(noise.w))};
     // Document 001, eqs 3.2-3.4, of the true f and w.
     const Vector3 a = truth.q_WS * f - Vector3(0.0, 0.0, 9.81);
     truth.p_WS += dt_s * truth.v_WS + 0.5 * dt_s * dt_s * a;
@@ -139,10 +142,11 @@ inline void expect_covariances(const NavigationFilter& filter, bool biases) {
   NavigationBelief b;
   b.P.diagonal().head(biases ? kErrors : 9).setConstant(1.0);
   for (int k = 0; k < 10000; ++k) {
-    filter.predict(b, {normal3(random, 5.0) + Vector3(0.0, 0.0, 9.81), normal3(random, 0.5)}, {0.01, 1e-4, 1e-4, 1e-8}, 0.01 + 0.1 * (k % 97 == 0));
-    if (k % 3 == 0) filter.update(b, fix(b.x.p_WS + normal3(random, 0.1), k % 2 == 0 ? 1e-6 : 1.0, normal3(random, k % 5 == 0)), kNever);
-    if (k % 7 == 0)
-      filter.update(b, body_velocity(normal3(random), 0.01, {2, 0, 1}, 1 + k % 3), 1e4);
+    filter.predict(b, {normal3(random, 5.0) + Vector3(0.0, 0.0, 9.81), normal3(random, 0.5)}, {0.01, 1e-4, 1e-4, 1e-8},
+                   0.01 + 0.1 * (k % 97 == 0));
+    if (k % 3 == 0)
+      filter.update(b, fix(b.x.p_WS + normal3(random, 0.1), k % 2 == 0 ? 1e-6 : 1.0, normal3(random, k % 5 == 0)), kNever);
+    if (k % 7 == 0) filter.update(b, body_velocity(normal3(random), 0.01, {2, 0, 1}, 1 + k % 3), 1e4);
     ASSERT_NO_FATAL_FAILURE(expect_covariance(b.P)) << k;
     ASSERT_NEAR(b.x.q_WS.norm(), 1.0, 1e-15 * 4.0) << k;  // rounding of four products
   }
@@ -154,8 +158,8 @@ inline void expect_untouched(const NavigationFilter& filter) {
   const NavigationBelief start{random_state(random), random_covariance(random)};
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   const auto same = [&](const NavigationBelief& b) {
-    return b.P == start.P && b.x.p_WS == start.x.p_WS && b.x.v_WS == start.x.v_WS && b.x.q_WS.coeffs() == start.x.q_WS.coeffs() &&
-           b.x.b_f == start.x.b_f && b.x.b_w == start.x.b_w;
+    return b.P == start.P && b.x.p_WS == start.x.p_WS && b.x.v_WS == start.x.v_WS &&
+           b.x.q_WS.coeffs() == start.x.q_WS.coeffs() && b.x.b_f == start.x.b_f && b.x.b_w == start.x.b_w;
   };
   const auto refused = [&](const NavigationMeasurement& m, double gate) {
     NavigationBelief b = start;
@@ -188,7 +192,8 @@ inline void expect_kalman(const NavigationFilter& filter, bool biases) {
   NavigationBelief b{random_state(random), ErrorCovariance::Zero()};
   b.x.b_w.setZero();
   ErrorVector variance = ErrorVector::Zero();
-  variance << Vector3::Constant(4.0), Vector3::Constant(1.0), Vector3::Zero(), Vector3::Constant(biases ? 0.04 : 0.0), Vector3::Zero();
+  variance << Vector3::Constant(4.0), Vector3::Constant(1.0), Vector3::Zero(), Vector3::Constant(biases ? 0.04 : 0.0),
+      Vector3::Zero();
   b.P.diagonal() = variance;
   using State = Eigen::Matrix<double, 9, 1>;
   using Square = Eigen::Matrix<double, 9, 9>;
@@ -233,7 +238,8 @@ inline void expect_kalman(const NavigationFilter& filter, bool biases) {
   got << b.x.p_WS, b.x.v_WS, b.x.b_f;
   EXPECT_LT((got - x).cwiseAbs().maxCoeff(), 1e-10 * x.cwiseAbs().maxCoeff());
   EXPECT_LT((b.P.topLeftCorner<6, 6>() - p.topLeftCorner<6, 6>()).cwiseAbs().maxCoeff(), 1e-10);
-  EXPECT_LT((b.P.block<3, 3>(kAccelerometerBias, kAccelerometerBias) - p.bottomRightCorner<3, 3>()).cwiseAbs().maxCoeff(), 1e-10);
+  EXPECT_LT((b.P.block<3, 3>(kAccelerometerBias, kAccelerometerBias) - p.bottomRightCorner<3, 3>()).cwiseAbs().maxCoeff(),
+            1e-10);
 }
 
 // A world turned about the vertical sees the same drive turned: also where its yaw passes 180 degrees and the other's does not.

@@ -7,7 +7,9 @@ namespace {
 
 class NavigationUkf : public ::testing::TestWithParam<const char*> {
  protected:
-  std::unique_ptr<NavigationFilter> make(bool biases) const { return make_navigation_ukf({}, navigation_tuning(GetParam(), biases)); }
+  std::unique_ptr<NavigationFilter> make(bool biases) const {
+    return make_navigation_ukf({}, navigation_tuning(GetParam(), biases));
+  }
 };
 INSTANTIATE_TEST_SUITE_P(Forms, NavigationUkf, ::testing::Values("global", "local"));
 
