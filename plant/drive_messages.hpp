@@ -37,7 +37,8 @@ class DriveMessages {
   Reading reading_;
 };
 
-// The whole drive at once, for a log: the descriptor, every instant with its tick, and the end. Returns the time of the last one.
+// The whole drive at once, for a log: the descriptor, every instant with its tick, and the end. Returns the time of the last
+// one.
 Utime publish_whole(DriveSource& drive, const RunDescriptor& descriptor, Sink& sink);
 
 }  // namespace slipstream

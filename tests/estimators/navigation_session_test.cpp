@@ -26,7 +26,8 @@ void expect_always_sound(const Localised& run) {
     // Scaled to unit variances, so that metres and radians weigh alike; rounding may leave a little below zero.
     const Eigen::VectorXd scale = P.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd correlation = scale.asDiagonal() * P * scale.asDiagonal();
-    const double least = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(correlation, Eigen::EigenvaluesOnly).eigenvalues().minCoeff();
+    const double least =
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(correlation, Eigen::EigenvaluesOnly).eigenvalues().minCoeff();
     ASSERT_GE(least, -1e-9) << "at " << seconds(e.header.utime);
   }
 }
@@ -41,8 +42,8 @@ void expect_recovered(const Localised& run, double from_s, double most_m) {
   EXPECT_GT(instants, 100);
 }
 
-// A delay moves when fixes arrive, not what they say: once all have arrived, the estimates are those without a delay to the bit.
-// Both drives draw the same noise, because a sensor's stream is its own.
+// A delay moves when fixes arrive, not what they say: once all have arrived, the estimates are those without a delay to the
+// bit. Both drives draw the same noise, because a sensor's stream is its own.
 TEST(LateFixes, GiveTheSameBitsOnceTheyHaveArrived) {
   for (const std::string algorithm : {"es_ekf", "ukf"}) {
     SCOPED_TRACE(algorithm);
@@ -58,8 +59,9 @@ TEST(LateFixes, GiveTheSameBitsOnceTheyHaveArrived) {
     for (const Estimate& e : in_time.estimates) by_time[e.header.utime] = &e;
     int same = 0, other = 0;
     for (const Estimate& e : late.estimates) {
-      // GNSS every 0.25 s, there after 0.2 s; LIDAR every 0.1 s, there after 0.07 s. Nothing is on its way from 0.2 to 0.25 s and from
-      // 0.07 to 0.1 s after the whole seconds and quarters: the instants in which both hold have 20 to 25 hundredths past a quarter.
+      // GNSS every 0.25 s, there after 0.2 s; LIDAR every 0.1 s, there after 0.07 s. Nothing is on its way from 0.2 to 0.25 s
+      // and from 0.07 to 0.1 s after the whole seconds and quarters: the instants in which both hold have 20 to 25 hundredths
+      // past a quarter.
       const Utime quarter = e.header.utime % 250'000, tenth = e.header.utime % 100'000;
       if (e.header.utime < 300'000 || quarter < 202'000 || tenth < 72'000) continue;
       const Estimate& expected = *by_time.at(e.header.utime);
@@ -79,9 +81,10 @@ TEST(LateFixes, OutOfOrderIsAsInOrder) {
   const auto drive = make_simulated_drive(scenario);
   Localised swapped;
   {
-    const auto follower = make_follower("es_ekf", "test", 1, scenario, "matched",
-                                        {[&](const Estimate& e) { swapped.estimates.push_back(e); },
-                                         [&](const std::string& q, const std::string& r) { ++swapped.complaints[q + ": " + r]; }});
+    const auto follower =
+        make_follower("es_ekf", "test", 1, scenario, "matched",
+                      {[&](const Estimate& e) { swapped.estimates.push_back(e); },
+                       [&](const std::string& q, const std::string& r) { ++swapped.complaints[q + ": " + r]; }});
     std::vector<std::int64_t> seq(drive->quantities().size(), 0);
     DriveEpoch epoch;
     while (drive->next(epoch)) {
@@ -159,7 +162,8 @@ TEST(BadInput, AFixTenKilometresAwayIsGated) {
       for (std::size_t i = 0; i < e.innovation_of.size(); ++i)
         if (e.gated[i] != 0 && e.innovation_of[i] == "gnss_north_m") {
           ++gated;
-          // 0.09 degrees of latitude at 49 degrees north: 111.2 km a degree; a fix of 0.5 s before may be gated by chance, this one is.
+          // 0.09 degrees of latitude at 49 degrees north: 111.2 km a degree; a fix of 0.5 s before may be gated by chance, this
+          // one is.
           EXPECT_NEAR(e.innovation[i], 0.09 * 111.2e3, 100.0);
         }
     EXPECT_EQ(gated, 1);
@@ -233,7 +237,7 @@ TEST(BadInput, AnImuThatStopsForTwoSeconds) {
         EXPECT_GE(seconds(e.header.utime), 8.0);
         EXPECT_LT(seconds(e.header.utime), 10.0);
       }
-    EXPECT_GT(fallback, 150);  // the estimate goes on with the ticks: truth at 100 Hz, 2 s
+    EXPECT_GT(fallback, 150);                             // the estimate goes on with the ticks: truth at 100 Hz, 2 s
     EXPECT_EQ(run.estimates.back().messages_lost, 1000);  // 2 s at 500 Hz, and said so
     // Coasting with fixes at 25 and 10 Hz the truth stays inside three standard deviations.
     int inside = 0, total = 0;
@@ -257,7 +261,8 @@ TEST(BadInput, AWrongStartIsGivenUpForTheFixes) {
 }
 
 TEST(BadInput, WhoJoinsInTheMiddleStartsFromTheFixes) {
-  const Localised run = localise_simulated(city(), "es_ekf", "matched", [](Reading& r) { return seconds(r.header.utime) > 6.0; });
+  const Localised run =
+      localise_simulated(city(), "es_ekf", "matched", [](Reading& r) { return seconds(r.header.utime) > 6.0; });
   EXPECT_EQ(run.estimates.front().status, EstimateStatus::kInitialising);
   expect_always_sound(run);
   expect_recovered(run, 15.0, 0.5);

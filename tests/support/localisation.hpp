@@ -38,7 +38,8 @@ struct Localised {
   std::map<Utime, std::vector<double>> truth;
   std::map<std::string, int> complaints;  // "quantity: reason"
 
-  // Of the nine states at an instant: linear between two samples at most 0.2 s apart, angles on the circle; empty where there is none.
+  // Of the nine states at an instant: linear between two samples at most 0.2 s apart, angles on the circle; empty where there
+  // is none.
   std::optional<Eigen::VectorXd> truth_at(Utime utime) const {
     const auto after = truth.lower_bound(utime);
     if (after == truth.end()) return std::nullopt;
@@ -117,10 +118,10 @@ inline Localised localise(const Scenario& scenario, DriveSource& drive, const st
                           const Tamper& tamper = nullptr) {
   Localised result;
   result.truth_names = drive.truth_names();
-  const auto follower =
-      make_follower(algorithm, "test", 1, scenario, tuning,
-                    {[&](const Estimate& e) { result.estimates.push_back(e); },
-                     [&](const std::string& quantity, const std::string& reason) { ++result.complaints[quantity + ": " + reason]; }});
+  const auto follower = make_follower(
+      algorithm, "test", 1, scenario, tuning,
+      {[&](const Estimate& e) { result.estimates.push_back(e); },
+       [&](const std::string& quantity, const std::string& reason) { ++result.complaints[quantity + ": " + reason]; }});
   std::vector<std::int64_t> seq(drive.quantities().size(), 0);
   DriveEpoch epoch;
   while (drive.next(epoch)) {
