@@ -114,7 +114,8 @@ class Listener {
  private:
   std::unique_ptr<RunFollower> follow(const Scenario& scenario, const Follower& follower) {
     const auto publish = [this](const Estimate& e) { add(e); };
-    if (is_strapdown_) return make_follower(follower.algorithm, follower.algorithm, 1, scenario, follower.tuning, {publish, {}});
+    if (is_strapdown_)
+      return make_follower(follower.algorithm, follower.algorithm, 1, scenario, follower.tuning, {publish, {}});
     return std::make_unique<EstimatorSession>(
         follower.algorithm, 1, scenario, tuning_,
         std::make_unique<Overheard>(make_estimator(follower.algorithm, scenario, follower.tuning), input_), publish);

@@ -43,8 +43,8 @@ Picture errors(const std::string& item, const std::string& title, const std::vec
 
 }  // namespace
 
-Picture axis_errors(const std::string& item, const std::string& title, const std::vector<Shown>& shown, const std::string& caption,
-                    const std::vector<double>& marks_s) {
+Picture axis_errors(const std::string& item, const std::string& title, const std::vector<Shown>& shown,
+                    const std::string& caption, const std::vector<double>& marks_s) {
   return errors(item, title, shown, kAxes, 1.0, "m", caption, marks_s);
 }
 Picture angle_errors(const std::string& item, const std::string& title, const std::vector<Shown>& shown,
@@ -135,14 +135,13 @@ void NeesOverRuns::add(const Track& track) {
 
 Row NeesOverRuns::at_the_end(const std::string& item, const std::string& what, const std::string& mismatch) const {
   const Consistency c = score_consistency(last, dimension.back());
-  Row row = reported(item, fmt::format("mean NEES at the end, {}", what), "", {c.mean},
-                     fmt::format("{} states, 95 % band {:.2f} to {:.2f}; over the drive the mean of the runs is inside the band at "
-                                 "{:.0f} % of the instants, 95 % expected",
-                                 dimension.back(), c.band.low, c.band.high, percent_inside()));
+  Row row =
+      reported(item, fmt::format("mean NEES at the end, {}", what), "", {c.mean},
+               fmt::format("{} states, 95 % band {:.2f} to {:.2f}; over the drive the mean of the runs is inside the band at "
+                           "{:.0f} % of the instants, 95 % expected",
+                           dimension.back(), c.band.low, c.band.high, percent_inside()));
   row.runs = runs;
-  row.verdict = c.within                ? "inside the 95 % band"
-                : c.mean < c.band.low   ? "below the 95 % band"
-                                        : "above the 95 % band";
+  row.verdict = c.within ? "inside the 95 % band" : c.mean < c.band.low ? "below the 95 % band" : "above the 95 % band";
   if (!mismatch.empty()) row.verdict += ": the model does not match the plant, because " + mismatch;
   return row;
 }

@@ -1,5 +1,5 @@
-// What the experiments of document 001 share: its axes and angles, their errors with three standard deviations, and starts drawn
-// from what a filter believes.
+// What the experiments of document 001 share: its axes and angles, their errors with three standard deviations, and starts
+// drawn from what a filter believes.
 #pragma once
 
 #include <array>
@@ -26,8 +26,8 @@ struct Shown {
 };
 
 // Three panels each: the error, and three standard deviations to either side of zero. Angles in degrees.
-Picture axis_errors(const std::string& item, const std::string& title, const std::vector<Shown>& shown, const std::string& caption,
-                    const std::vector<double>& marks_s = {});
+Picture axis_errors(const std::string& item, const std::string& title, const std::vector<Shown>& shown,
+                    const std::string& caption, const std::vector<double>& marks_s = {});
 Picture angle_errors(const std::string& item, const std::string& title, const std::vector<Shown>& shown,
                      const std::string& caption, const std::vector<double>& marks_s = {});
 
@@ -47,7 +47,8 @@ double within_three_sigma_percent(const Played& p, std::size_t track, const std:
 // The mean of a tuning's start is drawn from its own distribution around the truth, and so are the IMU's true biases.
 void draw_navigation_start(Scenario& scenario, const std::string& tuning);
 
-// Sums of NEES over runs, by the row of the estimates: their mean must lie in the band of chi-square means at 95 % of the instants.
+// Sums of NEES over runs, by the row of the estimates: their mean must lie in the band of chi-square means at 95 % of the
+// instants.
 struct NeesOverRuns {
   std::vector<double> t_s, sum;
   std::vector<int> dimension;

@@ -47,8 +47,8 @@ void print_list() {
   }
 }
 
-// By its name, its document or an item: "snow", "002", "001_fig_6", "002_fig_6", "Table 4". An item without a document is one of
-// document 002.
+// By its name, its document or an item: "snow", "002", "001_fig_6", "002_fig_6", "Table 4". An item without a document is one
+// of document 002.
 bool is_meant(const Experiment& e, const std::string& name) {
   return name == e.name || name == e.document || std::any_of(e.items.begin(), e.items.end(), [&](const std::string& item) {
            const std::string stem = file_stem(name);
@@ -163,8 +163,10 @@ std::vector<Part> finished_parts(const std::string& out, const std::string& key)
 
 int run(int argc, char** argv) {
   Options o;
-  CommandLine line("slipstream-reproduce", "Regenerates the experiments of documents 001 and 002 beside their published values.");
-  line.positionals("NAME", o.names, "documents, experiments, figures or tables: 001, snow, fig_6 (of 002), 001_fig_6 (default: all)");
+  CommandLine line("slipstream-reproduce",
+                   "Regenerates the experiments of documents 001 and 002 beside their published values.");
+  line.positionals("NAME", o.names,
+                   "documents, experiments, figures or tables: 001, snow, fig_6 (of 002), 001_fig_6 (default: all)");
   line.flag("--list", o.list, "name the experiments and what each regenerates");
   line.option("--out", o.out, "folder for the report, the figures and the tables");
   line.option("--data", o.data, "folder of the recorded drives; without it the experiments on them are left out");

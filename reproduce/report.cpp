@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
-#include <array>
 #include <map>
 #include <sstream>
 
@@ -31,15 +31,18 @@ constexpr std::array<About, 2> kDocuments{{
      "IMU/GNSS utilizando o filtro de Kalman</i>, Universidade de S&atilde;o Paulo, 2024: the figures of chapter 4 under their "
      "own numbers, on a drive of ours like the document's; then what a practitioner would ask of the same filter, on a longer "
      "simulated drive and on a recorded one.",
-     "The document prints two numbers, the largest height error at 25 and at 100 Hz, of one run. It prints neither its drive nor "
-     "any noise, of the sensors or of the filter: ours are our own choice, and <b>better</b> says no more than that the error is "
+     "The document prints two numbers, the largest height error at 25 and at 100 Hz, of one run. It prints neither its drive "
+     "nor "
+     "any noise, of the sensors or of the filter: ours are our own choice, and <b>better</b> says no more than that the error "
+     "is "
      "smaller on a drive of the same length with the noise stated here.",
      "Figures 1 to 4 of the document are a diagram, photographs and a picture of the simulator."},
     {"002",
      "L. S. Barros, <i>Estima&ccedil;&atilde;o de estados para aplica&ccedil;&otilde;es em controle de ve&iacute;culos "
      "militares</i>, Instituto Militar de Engenharia, 2025: every figure and table of chapters 3 to 7 under its own number, "
      "computed by the plant, the estimators and the scores of this bench.",
-     "The document measured a real car for Tables 6, 8, 9, 11 and 12; its data are not public. Ours there is a simulation, whose "
+     "The document measured a real car for Tables 6, 8, 9, 11 and 12; its data are not public. Ours there is a simulation, "
+     "whose "
      "noise we chose: <b>better</b> in these tables says that our estimators follow their measurements at least as closely, no "
      "more. What they are worth stands beside it, against the truth.",
      "Figures 2 to 4, 14, 15 and 36 of the document are drawings and photographs; Table 2 is the algorithm in "
@@ -141,7 +144,8 @@ class Page {
     html_ += "<h2>Summary</h2>\n";
     const int judged_values = count["better"] + count["equal"] + count["worse"] + count["not"];
     html_ += fmt::format(
-        "<p>{} published results: {} better, {} equal within spread, {} worse, {} not computed. {} values to be met: {} met, {} "
+        "<p>{} published results: {} better, {} equal within spread, {} worse, {} not computed. {} values to be met: {} met, "
+        "{} "
         "different. {} further values of ours have no published counterpart. {:.0f} s of computing.</p>\n<p>{}</p>\n",
         judged_values, count["better"], count["equal"], count["worse"], count["not"], count["met"] + count["different"],
         count["met"], count["different"], count["no"] + count["inside"] + count["below"] + count["above"], elapsed_s,
