@@ -167,7 +167,7 @@ Picture nees_figure(const std::string& item, const std::string& title,
     const Band band = mean_chi_square_band(nees->runs, dimension);
     const std::vector<double> ends{nees->t_s.front(), nees->t_s.back()};
     const double half = 1.5 * (band.high - band.low);
-    sketch.panel("NEES, " + label, 170)
+    sketch.panel(label, 170)
         .range(std::max(0.0, dimension - half), dimension + half)
         .band("95 % band of the mean", ends, {band.low, band.low}, {band.high, band.high}, "#9a9a9a")
         .line("mean of the runs", nees->t_s, mean, line_of(0, 1.4));

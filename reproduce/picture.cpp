@@ -69,7 +69,7 @@ Sketch& Sketch::line(const std::string& name, const std::vector<double>& x, cons
   const std::string title = shown(name);
   const bool elsewhere = !title.empty() && panel_ != first_;
   plot_.line(*panel_, thinned(x, y), style, elsewhere ? "" : title);
-  if (elsewhere) plot_.line(*first_, {}, style, title);
+  if (elsewhere) plot_.line_entry(*first_, style, title);
   for (std::size_t i = 0; i < x.size(); ++i)
     fmt::format_to(std::back_inserter(csv_), "{},{},{:.9g},{:.9g},,\n", panel_->y_label, name, x[i], y[i]);
   return *this;
@@ -82,7 +82,7 @@ Sketch& Sketch::band(const std::string& name, const std::vector<double>& x, cons
   const std::string title = shown(name);
   const bool elsewhere = !title.empty() && panel_ != first_;
   plot_.band(*panel_, is_short ? BandCurve{x, low, high} : decimated(as_utime(x), low, high), colour, elsewhere ? "" : title);
-  if (elsewhere) plot_.band(*first_, {}, colour, title);
+  if (elsewhere) plot_.band_entry(*first_, colour, title);
   for (std::size_t i = 0; i < x.size(); ++i)
     fmt::format_to(std::back_inserter(csv_), "{},{},{:.9g},,{:.9g},{:.9g}\n", panel_->y_label, name, x[i], low[i], high[i]);
   return *this;

@@ -44,14 +44,14 @@ constexpr const char* kConsistency = "What the estimators claim, and what can be
 
 const std::vector<Experiment>& experiments() {
   static const std::vector<Experiment> all{
-      {"001", "localisation", k001Chapter4, "A car for two seconds, GNSS at 25, 50 and 100 Hz", items({{5, 15}}, {}), 0.3,
+      {"001", "localisation", k001Chapter4, "A car for two seconds, GNSS at 25, 50 and 100 Hz", items({{5, 15}}, {}), 0.1,
        reproduce_localisation, false, 50},
       {"001",
        "localisation_city",
        k001Beyond,
        "A minute of city driving, GNSS at 25, 50 and 100 Hz",
        {"City drive"},
-       2.0,
+       1.2,
        reproduce_localisation_city,
        false,
        50},
