@@ -12,6 +12,12 @@ constexpr double kTilt_rad = 0.1;
 constexpr double kSpeed_mps = 20.0;   // deviation of the velocity on each axis; up a tenth of it
 constexpr double kSettled_rad = 0.1;  // deviation of the mixture's heading
 
+// A body velocity weighs heading by the velocity's direction: while that is mostly noise, each new linearisation would claim to know a
+// little more of the heading than it does. It counts once the speed is five times its standard deviation.
+bool is_moving(const NavigationBelief& belief) {
+  return belief.x.v_WS.squaredNorm() > 25.0 * belief.P.block<3, 3>(kVelocity, kVelocity).diagonal().maxCoeff();
+}
+
 }  // namespace
 
 NavigationStart::NavigationStart(const NavigationFrames& frames, const NavigationFilter& filter,
@@ -27,18 +33,26 @@ void NavigationStart::clear() {
 }
 
 void NavigationStart::begin(const NavigationEvent& fix) {
+  begun_ = fix.utime;
   const Vector3 f_B = frames_.R_BS() * force_;
   const double roll = std::atan2(f_B[1], f_B[2]), pitch = std::atan2(-f_B[0], std::hypot(f_B[1], f_B[2]));
   const NavigationMeasurement& m = fix.measurement;
   for (int k = 0; k < kHypotheses; ++k) {
     Hypothesis h;
     const Vector3 rpy(roll, pitch, 2.0 * kPi * k / kHypotheses);
-    // The fix is of the antenna; its own lever arm turns with the heading.
-    const Matrix3 R_WS = (from_rpy(rpy) * Rotation(frames_.R_BS())).toRotationMatrix();
-    const Vector3 p_WB = m.z - R_WS * (m.l - frames_.in_imu_frame(Vector3::Zero()));
-    h.entry.belief =
-        frames_.start(p_WB, Vector3::Zero(), rpy, m.R.diagonal().cwiseSqrt(), Vector3(kSpeed_mps, kSpeed_mps, 0.1 * kSpeed_mps),
-                      Vector3(kTilt_rad, kTilt_rad, kHeading_rad), held_.w);
+    NavigationBelief& belief = h.entry.belief;
+    belief = frames_.start(Vector3::Zero(), Vector3::Zero(), rpy, Vector3::Zero(),
+                           Vector3(kSpeed_mps, kSpeed_mps, 0.1 * kSpeed_mps), Vector3(kTilt_rad, kTilt_rad, kHeading_rad), held_.w);
+    // What is known is the antenna's place: p = z - R l, so dp = noise + A dphi, and the position's error goes with the attitude's.
+    const Matrix3 R_WS = belief.x.q_WS.toRotationMatrix();
+    belief.x.p_WS = m.z - R_WS * m.l;
+    const Matrix3 A = filter_.error() == OrientationError::kGlobal ? skew(R_WS * m.l) : Matrix3(R_WS * skew(m.l));
+    ErrorCovariance J = ErrorCovariance::Identity();
+    J.block<3, 3>(kPosition, kPosition).setZero();
+    J.block<3, 3>(kPosition, kAttitude) = A;
+    belief.P = (J * belief.P * J.transpose()).eval();
+    belief.P.block<3, 3>(kPosition, kPosition) += m.R;
+    belief.P = (0.5 * (belief.P + belief.P.transpose())).eval();
     h.entry.event = fix;
     h.entry.event.measures = false;  // the start has used it up
     h.entry.held = held_;
@@ -79,11 +93,14 @@ bool NavigationStart::add(const NavigationEvent& event) {
     if (!is_fix || readings_ == 0) return false;
     begin(event);
   } else {
+    NavigationEvent usable = event;
+    if (event.measures && !is_fix)
+      usable.measures = std::all_of(hypotheses_.begin(), hypotheses_.end(), [](const Hypothesis& h) { return is_moving(h.entry.belief); });
     NavigationEntry next;
     for (Hypothesis& h : hypotheses_) {
-      process_.advance(h.entry, event, next);
+      process_.advance(h.entry, usable, next);
       h.entry = next;
-      if (!event.measures) continue;
+      if (!usable.measures) continue;
       const NavigationInnovation& i = next.innovation;
       double log_det = 0.0;
       const Eigen::LLT<Matrix3> cholesky(i.S);
@@ -96,7 +113,7 @@ bool NavigationStart::add(const NavigationEvent& event) {
   }
   mix();
   const Matrix3 attitude = mixture_.belief.P.block<3, 3>(kAttitude, kAttitude);
-  return attitude.diagonal().maxCoeff() < kSettled_rad * kSettled_rad;
+  return seconds(event.utime - begun_) >= kShortest_s && attitude.diagonal().maxCoeff() < kSettled_rad * kSettled_rad;
 }
 
 }  // namespace slipstream

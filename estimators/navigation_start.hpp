@@ -45,6 +45,7 @@ class NavigationStart {
   std::int64_t readings_ = 0;
   Inertial held_;
   Utime held_since_ = 0;
+  Utime begun_ = 0;  // the first fix
 };
 
 }  // namespace slipstream

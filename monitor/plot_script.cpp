@@ -29,6 +29,10 @@ std::string quoted(const std::string& text) {
 
 std::string titled(const std::string& title) { return title.empty() ? "notitle" : "title " + quoted(title) + " noenhanced"; }
 
+std::string filled(const std::string& colour) {
+  return fmt::format("with filledcurves fc rgb \"{}\" fs transparent solid 0.18 noborder", colour);
+}
+
 // Calls visit(begin, end) for at most `buckets` runs of equally many of n samples.
 template <typename Visit>
 void for_buckets(std::size_t n, std::size_t buckets, const Visit& visit) {
@@ -116,15 +120,23 @@ void PlotScript::line(Panel& panel, const Curve& curve, const std::string& style
   const bool enlarged = size != std::string::npos && !title.empty();
   panel.curves.push_back(
       fmt::format("{} using 1:2 {} {}", block(curve.x, curve.y, {}), style, enlarged ? "notitle" : titled(title)));
-  if (!enlarged) return;
-  const std::size_t rest = style.find(' ', size + 4);
-  panel.curves.push_back(fmt::format("keyentry {} ps 0.9{} {}", style.substr(0, size),
+  if (enlarged) line_entry(panel, style, title);
+}
+
+void PlotScript::line_entry(Panel& panel, const std::string& style, const std::string& title) {
+  const std::size_t size = style.find(" ps ");
+  const std::size_t rest = size == std::string::npos ? size : style.find(' ', size + 4);
+  panel.curves.push_back(fmt::format("keyentry {}{}{} {}", style.substr(0, size), size == std::string::npos ? "" : " ps 0.9",
                                      rest == std::string::npos ? "" : style.substr(rest), titled(title)));
 }
 
 void PlotScript::band(Panel& panel, const BandCurve& band, const std::string& colour, const std::string& title) {
-  panel.curves.push_back(fmt::format("{} using 1:2:3 with filledcurves fc rgb \"{}\" fs transparent solid 0.18 noborder {}",
-                                     block(band.x, band.low, band.high), colour, titled(title)));
+  panel.curves.push_back(
+      fmt::format("{} using 1:2:3 {} {}", block(band.x, band.low, band.high), filled(colour), titled(title)));
+}
+
+void PlotScript::band_entry(Panel& panel, const std::string& colour, const std::string& title) {
+  panel.curves.push_back(fmt::format("keyentry {} {}", filled(colour), titled(title)));
 }
 
 void PlotScript::constant_band(Panel& panel, Band limits, const std::string& title) {

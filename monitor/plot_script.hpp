@@ -59,6 +59,9 @@ class PlotScript {
   void line(Panel& panel, const Curve& curve, const std::string& style, const std::string& title);
   void band(Panel& panel, const BandCurve& band, const std::string& colour, const std::string& title);
   void constant_band(Panel& panel, Band band, const std::string& title);
+  // An entry of the legend, which the first panel carries, for a curve of another one.
+  void line_entry(Panel& panel, const std::string& style, const std::string& title);
+  void band_entry(Panel& panel, const std::string& colour, const std::string& title);
   void constant(Panel& panel, double y, const std::string& style, const std::string& title);
 
   // The whole script, for gnuplot's standard input. `legend_rows` is the room left above the panels.

@@ -6,8 +6,12 @@
 #include <memory>
 
 #include "common/check.hpp"
+#include "common/readings.hpp"
+#include "estimators/follower.hpp"
 #include "estimators/registry.hpp"
 #include "estimators/session.hpp"
+#include "monitor/angles.hpp"
+#include "monitor/health.hpp"
 #include "plant/recorded_drive.hpp"
 #include "plant/simulated_drive.hpp"
 
@@ -50,13 +54,21 @@ class Listener {
         process_(tuning_.process ? *tuning_.process : scenario.estimator.process),
         nees_states_(nees_states),
         tally_(tally()[scenario.name + ", " + follower.algorithm + ", tuning " + follower.tuning]),
-        session_(follower.algorithm, 1, scenario, tuning_,
-                 std::make_unique<Overheard>(make_estimator(follower.algorithm, scenario, follower.tuning), input_),
-                 [this](const Estimate& e) { add(e); }) {
+        is_strapdown_(scenario.estimator.strapdown.has_value()),
+        session_(follow(scenario, follower)) {
     track_.label = follower.label.empty() ? follower.algorithm : follower.label;
-    const ModelNames names = session_.names();
-    for (const Quantity& q : names.states) track_.states.emplace_back(q.name);
-    for (const Quantity& q : names.outputs) track_.outputs.emplace_back(q.name);
+    const ModelNames names = session_->names();
+    Announcement announcement;
+    announcement.name = name_ = follower.algorithm;
+    for (const Quantity& q : names.states) {
+      track_.states.emplace_back(q.name);
+      is_angle_.push_back(is_angle(q.unit));
+      announcement.state_names.emplace_back(q.name);
+      announcement.state_units.emplace_back(q.unit);
+    }
+    record_.add(announcement);
+    if (!is_strapdown_)
+      for (const Quantity& q : names.outputs) track_.outputs.emplace_back(q.name);
     track_.mean.resize(track_.states.size());
     track_.sigma.resize(track_.states.size());
     track_.interval_low.resize(track_.states.size());
@@ -64,8 +76,8 @@ class Listener {
     track_.output.resize(track_.outputs.size());
   }
 
-  void on_reading(const Reading& r) { session_.on_reading(r); }
-  void on_tick(Utime utime) { session_.on_tick(utime); }
+  void on_reading(const Reading& r) { session_->on_reading(r); }
+  void on_tick(Utime utime) { session_->on_tick(utime); }
 
   // Truth at the track's instants decides the NEES.
   Track finish(const Played& played) {
@@ -73,6 +85,8 @@ class Listener {
     std::vector<std::size_t> states;
     for (std::size_t i = 0; i < track_.states.size(); ++i) {
       const auto found = played.truth.find(track_.states[i]);
+      if (found != played.truth.end() && is_angle_[i])
+        track_.mean[i] = on_turn_of(truth_at_all(played.truth_utime, found->second, track_.utime), track_.mean[i]);
       const bool wanted =
           nees_states_.empty() || std::find(nees_states_.begin(), nees_states_.end(), track_.states[i]) != nees_states_.end();
       if (found == played.truth.end() || !wanted) continue;
@@ -93,10 +107,31 @@ class Listener {
       track_.nees.push_back(e.empty() ? kNan : normalised_square(e, sub_block(covariance, n, keep)));
       track_.nees_dimension.push_back(static_cast<int>(e.size()));
     }
+    if (is_strapdown_) listen_to_sensors();
     return std::move(track_);
   }
 
  private:
+  std::unique_ptr<RunFollower> follow(const Scenario& scenario, const Follower& follower) {
+    const auto publish = [this](const Estimate& e) { add(e); };
+    if (is_strapdown_)
+      return make_follower(follower.algorithm, follower.algorithm, 1, scenario, follower.tuning, {publish, {}});
+    return std::make_unique<EstimatorSession>(
+        follower.algorithm, 1, scenario, tuning_,
+        std::make_unique<Overheard>(make_estimator(follower.algorithm, scenario, follower.tuning), input_), publish);
+  }
+
+  void listen_to_sensors() {
+    const EstimatorRecord& record = record_.estimators().at(name_);
+    track_.nis = record.nis;  // without what was gated
+    track_.nis_dimension = record.nis_dimension;
+    for (const auto& [sensor, r] : record.sensors)
+      track_.sensors[sensor] = {r.nis, r.dimension, static_cast<int>(std::count(r.gated.begin(), r.gated.end(), 1))};
+    Health health;
+    health.update(record);
+    track_.findings = health.findings(record);
+  }
+
   void add(const Estimate& e) {
     const std::size_t n = track_.states.size();
     const bool usable = is_usable(e.status);
@@ -116,6 +151,7 @@ class Listener {
     track_.nis.push_back(usable && !e.innovation.empty() ? normalised_square(e.innovation, e.innovation_covariance) : kNan);
     track_.nis_dimension.push_back(static_cast<int>(e.innovation.size()));
     track_.step_time_us.push_back(e.step_time_us);
+    if (is_strapdown_) return record_.add(e);
     std::visit(
         [&]<typename M>(const M& model) {
           Vector<double, M::kStates> x;
@@ -136,8 +172,12 @@ class Listener {
   AnyProcess process_;
   std::vector<std::string> nees_states_;
   StepTally& tally_;
-  std::vector<double> input_;  // of the last step
-  EstimatorSession session_;
+  std::string name_;
+  bool is_strapdown_;
+  std::vector<bool> is_angle_;  // of the states
+  std::vector<double> input_;   // of the last step
+  RunRecord record_{{}};        // as the monitor keeps it, for what it says of sensors
+  std::unique_ptr<RunFollower> session_;
   Track track_;
   std::vector<double> covariance_;  // rows of n * n
 };
@@ -187,7 +227,7 @@ std::vector<double> Played::error(std::size_t k, const std::string& state) const
 const std::map<std::string, StepTally>& step_tally() { return tally(); }
 
 Played play(const Scenario& scenario, const std::vector<Follower>& followers, const RecordedStreams* streams,
-            const std::vector<std::string>& nees_states) {
+            const std::vector<std::string>& nees_states, const Tamper& tamper) {
   SLIPSTREAM_CHECK(scenario.recorded.has_value() == (streams != nullptr));
   const std::unique_ptr<DriveSource> drive =
       streams ? std::make_unique<RecordedDrive>(*streams, scenario.run.duration_s) : make_simulated_drive(scenario);
@@ -195,26 +235,39 @@ Played play(const Scenario& scenario, const std::vector<Follower>& followers, co
   const std::vector<std::string>& names = drive->truth_names();
   std::vector<std::vector<double>*> columns;
   for (const std::string& name : names) columns.push_back(&played.truth[name]);
-  std::vector<Series*> series;
-  for (const std::string& quantity : drive->quantities()) series.push_back(&played.measured[quantity]);
+  std::vector<std::vector<Series*>> series;  // of every quantity, by component
+  for (const std::string& quantity : drive->quantities()) {
+    series.emplace_back();
+    for (const Component& c : components_of(quantity)) series.back().push_back(&played.measured[std::string(c.name)]);
+    if (series.back().empty()) series.back().push_back(&played.measured[quantity]);
+  }
   std::vector<std::unique_ptr<Listener>> listeners;
   for (const Follower& f : followers) listeners.push_back(std::make_unique<Listener>(scenario, f, nees_states));
 
+  std::vector<double> newest(names.size(), kNan);  // of each truth, known: angles go on from there
   std::vector<std::int64_t> seq(drive->quantities().size(), 0);
   DriveEpoch epoch;
   while (drive->next(epoch)) {
     for (const NamedValue& r : epoch.readings) {
       const auto channel = static_cast<std::size_t>(r.channel);
-      const Reading reading{{r.utime, seq[channel]++, 1}, drive->quantities()[channel], r.value};
-      series[channel]->t_s.push_back(seconds(epoch.utime));
-      series[channel]->value.push_back(r.value.scalar());
+      Reading reading{{r.utime, seq[channel]++, 1}, drive->quantities()[channel], r.value};
+      if (tamper && !tamper(reading)) continue;
+      for (std::size_t i = 0; i < series[channel].size(); ++i) {
+        series[channel][i]->t_s.push_back(seconds(epoch.utime));
+        series[channel][i]->value.push_back(reading.value[i]);
+      }
       for (auto& l : listeners) l->on_reading(reading);
     }
     for (auto& l : listeners) l->on_tick(epoch.utime);
     if (epoch.truth.empty()) continue;
     played.truth_utime.push_back(epoch.utime);
     played.truth_t_s.push_back(seconds(epoch.utime));
-    for (std::size_t i = 0; i < names.size(); ++i) columns[i]->push_back(epoch.truth[i]);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      double value = epoch.truth[i];
+      if (is_angle(drive->truth_units()[i])) value = nearest_turn(value, newest[i]);
+      if (std::isfinite(value)) newest[i] = value;
+      columns[i]->push_back(value);
+    }
   }
   for (auto& l : listeners) played.tracks.push_back(l->finish(played));
   return played;

@@ -1,8 +1,11 @@
 // A scenario played in process: the plant's drive, the estimators' sessions and the monitor's scores, without a bus between
 // them, so no message is lost and nothing waits.
+//
+// Angles (states in rad) stay on the turn of their truth, which is kept unwrapped: errors are the short way round.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -10,6 +13,7 @@
 #include "common/messages.hpp"
 #include "models/recorded.hpp"
 #include "models/scenario.hpp"
+#include "monitor/diagnosis.hpp"
 #include "monitor/scores.hpp"
 
 namespace slipstream {
@@ -24,6 +28,13 @@ struct Series {
   std::vector<double> value;
 };
 
+// The fixes and speeds that a strapdown filter was given, of one sensor.
+struct SensorNis {
+  std::vector<double> nis;
+  std::vector<int> dimension;
+  int gated = 0;  // left out by the estimator; their NIS counts here
+};
+
 // What one estimator said during a run. Columns have one entry a row, NaN where the estimate is not to be used.
 struct Track {
   std::string label;
@@ -36,6 +47,8 @@ struct Track {
   std::vector<double> nees, nis;
   std::vector<int> nees_dimension, nis_dimension;
   std::vector<double> step_time_us;
+  std::map<std::string, SensorNis> sensors;  // of a strapdown filter, which has no outputs h(x^, u)
+  std::vector<Finding> findings;             // what the monitor says of them
 
   const std::vector<double>& of(const std::string& state) const;
   const std::vector<double>& sigma_of(const std::string& state) const;
@@ -46,7 +59,7 @@ struct Played {
   std::vector<Utime> truth_utime;
   std::vector<double> truth_t_s;
   std::map<std::string, std::vector<double>> truth;  // by name
-  std::map<std::string, Series> measured;            // by quantity: sensors and inputs
+  std::map<std::string, Series> measured;            // by quantity or component: sensors and inputs
   std::vector<Track> tracks;                         // in the order of the followers
 
   // Of a state of track k against the truth, as the monitor scores it.
@@ -67,9 +80,12 @@ struct StepTally {
 };
 const std::map<std::string, StepTally>& step_tally();
 
+// What may happen to a reading on its way to the estimators; false: it is lost.
+using Tamper = std::function<bool(Reading&)>;
+
 // `streams`: of a recorded drive, else the scenario's vehicle is simulated. NEES is over the states of `nees_states` that have
 // a truth (empty: all).
 Played play(const Scenario& scenario, const std::vector<Follower>& followers, const RecordedStreams* streams = nullptr,
-            const std::vector<std::string>& nees_states = {});
+            const std::vector<std::string>& nees_states = {}, const Tamper& tamper = {});
 
 }  // namespace slipstream

@@ -1,4 +1,6 @@
-// What an experiment is: a name, the items of the document that it regenerates, and a function that computes them.
+// What an experiment is: a name, the items of a document that it regenerates, and a function that computes them.
+//
+// Two documents may both have a "Fig. 5": an item is its document's, and its file is named so (item_stem).
 #pragma once
 
 #include <cstdint>
@@ -13,7 +15,7 @@
 namespace slipstream {
 
 struct Bench {
-  int seeds = 20;        // of every Monte Carlo spread: 1 ... seeds
+  int seeds = 0;         // of every Monte Carlo spread: 1 ... seeds; 0: each experiment's own
   std::string data_dir;  // recorded drives; empty: there are none
   // A scenario of scenarios/, with assignments KEY=VALUE over it.
   std::function<Scenario(const std::string& name, const std::vector<std::string>& overrides)> scenario;
@@ -26,6 +28,7 @@ struct Bench {
 };
 
 struct Experiment {
+  std::string document;  // "001"
   std::string name;
   std::string chapter;  // heading in the report
   std::string title;
@@ -33,9 +36,10 @@ struct Experiment {
   double minutes;                  // rough, on one core: the longest starts first
   void (*run)(const Bench&, Outcome&);
   bool needs_data = false;  // nothing of it without recorded drives
+  int seeds = 20;           // where the call does not say
 };
 
-// In the order of the document.
+// In the order of the documents.
 const std::vector<Experiment>& experiments();
 
 }  // namespace slipstream

@@ -21,8 +21,8 @@ using Json = nlohmann::ordered_json;
 Json number(double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); }
 double number_of(const Json& j) { return j.is_number() ? j.get<double>() : std::nan(""); }
 
-Json to_json(const Row& r) {
-  return {{"document", "002"},
+Json to_json(const Row& r, const std::string& document) {
+  return {{"document", document},
           {"item", r.item},
           {"quantity", r.quantity},
           {"unit", r.unit},
@@ -90,6 +90,10 @@ std::string file_stem(const std::string& item) {
   return stem;
 }
 
+std::string item_stem(const std::string& document, const std::string& item) {
+  return (document == "002" ? "" : document + "_") + file_stem(item);
+}
+
 void prepare_output(const std::string& out) {
   for (const char* folder : {"", "figures", "tables", "parts"}) {
     const std::filesystem::path wanted = std::filesystem::path(out) / folder;
@@ -106,7 +110,7 @@ void prepare_output(const std::string& out) {
 void write_part(const std::string& out, Part part) {
   Json figures = Json::array(), tables = Json::array(), rows = Json::array();
   for (Picture& p : part.outcome.figures) {
-    const std::string stem = file_stem(p.item);
+    const std::string stem = item_stem(part.document, p.item);
     const Drawing drawing = draw(p.script, 60.0);
     if (drawing.svg.empty()) {
       p.error = drawing.installed ? drawing.error : "gnuplot is not installed: apt-get install gnuplot-nox";
@@ -118,11 +122,12 @@ void write_part(const std::string& out, Part part) {
     figures.push_back({{"item", p.item}, {"title", p.title}, {"caption", p.caption}, {"svg", p.svg}, {"error", p.error}});
   }
   for (const TableItem& t : part.outcome.tables) {
-    write_file(path(out, "tables/" + file_stem(t.item) + ".csv"), csv_of(t.table));
+    write_file(path(out, "tables/" + item_stem(part.document, t.item) + ".csv"), csv_of(t.table));
     tables.push_back(to_json(t));
   }
-  for (const Row& r : part.outcome.rows) rows.push_back(to_json(r));
-  const Json file = {{"experiment", part.experiment},
+  for (const Row& r : part.outcome.rows) rows.push_back(to_json(r, part.document));
+  const Json file = {{"document", part.document},
+                     {"experiment", part.experiment},
                      {"key", part.key},
                      {"elapsed_s", part.elapsed_s},
                      {"rows", rows},
@@ -138,7 +143,7 @@ std::optional<Part> read_part(const std::string& out, const std::string& experim
   if (j.is_discarded()) return std::nullopt;
   try {
     if (j.at("key") != key || j.at("experiment") != experiment) return std::nullopt;
-    Part part{experiment, key, number_of(j.at("elapsed_s")), {}};
+    Part part{j.at("document"), experiment, key, number_of(j.at("elapsed_s")), {}};
     for (const Json& r : j.at("rows")) part.outcome.rows.push_back(row_of(r));
     for (const Json& t : j.at("tables")) part.outcome.tables.push_back(table_of(t));
     for (const Json& f : j.at("figures")) {
@@ -156,7 +161,7 @@ std::optional<Part> read_part(const std::string& out, const std::string& experim
 void write_results(const std::string& out, const std::vector<Part>& parts) {
   Json list = Json::array();
   for (const Part& part : parts)
-    for (const Row& row : part.outcome.rows) list.push_back(to_json(row));
+    for (const Row& row : part.outcome.rows) list.push_back(to_json(row, part.document));
   write_file(path(out, "results.json"), list.dump(1) + "\n");
 }
 

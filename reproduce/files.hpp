@@ -2,7 +2,7 @@
 //
 //   results.json          list of {document, item, quantity, unit, published, ours, spread, runs, verdict, note}
 //   report.html           everything on one page, self-contained
-//   figures/fig_16.svg    and fig_16.csv, its numbers: panel,series,x,y,low,high
+//   figures/fig_16.svg    and fig_16.csv, its numbers: panel,series,x,y,low,high; of document 001: 001_fig_16
 //   tables/table_7.csv
 //   parts/NAME.json       an experiment's outcome: what an interrupted call has finished, a second one does not repeat
 //
@@ -18,7 +18,7 @@
 namespace slipstream {
 
 struct Part {
-  std::string experiment;
+  std::string document, experiment;
   std::string key;  // of the program and its inputs: a part with another key is out of date
   double elapsed_s = 0.0;
   Outcome outcome;
@@ -38,5 +38,7 @@ void write_report(const std::string& out, const std::vector<Part>& parts, const 
 
 // "Fig. 16" -> "fig_16".
 std::string file_stem(const std::string& item);
+// The same of an item of a document: "fig_16" of document 002, whose items came first, "001_fig_16" of any other.
+std::string item_stem(const std::string& document, const std::string& item);
 
 }  // namespace slipstream

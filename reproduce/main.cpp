@@ -1,4 +1,4 @@
-// slipstream-reproduce: regenerates the experiments of document 002 and writes them beside what was published.
+// slipstream-reproduce: regenerates the experiments of documents 001 and 002 and writes them beside what was published.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <sys/ioctl.h>
@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 struct Options {
   std::vector<std::string> names;
   std::string out = "out/reproduce", data, scenarios = "scenarios";
-  double seeds = 20, jobs = 0;
+  double seeds = 0, jobs = 0;
   bool list = false, fresh = false;
 };
 
@@ -40,27 +40,43 @@ void say(const std::string& line) {
 }
 
 void print_list() {
-  for (const Experiment& e : experiments()) fmt::print("{:<20} {}\n{:<20} {}\n", e.name, e.title, "", fmt::join(e.items, ", "));
+  std::string document;
+  for (const Experiment& e : experiments()) {
+    if (e.document != document) fmt::print("document {}\n", document = e.document);
+    fmt::print("  {:<22} {}\n  {:<22} {}\n", e.name, e.title, "", fmt::join(e.items, ", "));
+  }
 }
 
-// By its name or by an item's: "snow", "fig_6", "Table 4".
+// By its name, its document or an item: "snow", "002", "001_fig_6", "002_fig_6", "Table 4". An item without a document is one
+// of document 002.
 bool is_meant(const Experiment& e, const std::string& name) {
-  return name == e.name || std::any_of(e.items.begin(), e.items.end(),
-                                       [&](const std::string& item) { return file_stem(item) == file_stem(name); });
+  return name == e.name || name == e.document || std::any_of(e.items.begin(), e.items.end(), [&](const std::string& item) {
+           const std::string stem = file_stem(name);
+           return stem == item_stem(e.document, item) || stem == e.document + "_" + file_stem(item);
+         });
+}
+
+// Of a name that means nothing: an item's that only another document has, else the nearest experiment's.
+std::string suggested(const std::string& name) {
+  std::vector<std::string> known;
+  for (const Experiment& e : experiments()) {
+    known.push_back(e.name);
+    for (const std::string& item : e.items)
+      if (file_stem(item) == file_stem(name)) return fmt::format("; did you mean '{}'?", item_stem(e.document, item));
+  }
+  return suggestion(name, known);
 }
 
 std::vector<const Experiment*> chosen(const std::vector<std::string>& names) {
   std::vector<const Experiment*> result;
-  std::vector<std::string> known;
   for (const Experiment& e : experiments()) {
-    known.push_back(e.name);
     if (names.empty() || std::any_of(names.begin(), names.end(), [&](const std::string& name) { return is_meant(e, name); }))
       result.push_back(&e);
   }
   for (const std::string& name : names) {
     if (std::none_of(result.begin(), result.end(), [&](const Experiment* e) { return is_meant(*e, name); }))
       throw Refusal(fmt::format("no experiment '{}'{}; --list names them with their figures and tables", printable(name),
-                                suggestion(name, known)));
+                                suggested(name)));
   }
   return result;
 }
@@ -147,13 +163,15 @@ std::vector<Part> finished_parts(const std::string& out, const std::string& key)
 
 int run(int argc, char** argv) {
   Options o;
-  CommandLine line("slipstream-reproduce", "Regenerates the experiments of document 002 beside their published values.");
-  line.positionals("NAME", o.names, "experiments, figures or tables (default: all)");
+  CommandLine line("slipstream-reproduce",
+                   "Regenerates the experiments of documents 001 and 002 beside their published values.");
+  line.positionals("NAME", o.names,
+                   "documents, experiments, figures or tables: 001, snow, fig_6 (of 002), 001_fig_6 (default: all)");
   line.flag("--list", o.list, "name the experiments and what each regenerates");
   line.option("--out", o.out, "folder for the report, the figures and the tables");
   line.option("--data", o.data, "folder of the recorded drives; without it the experiments on them are left out");
   line.option("--scenarios", o.scenarios, "folder of the scenario files");
-  line.option("--seeds", o.seeds, "runs of every Monte Carlo spread");
+  line.option("--seeds", o.seeds, "runs of every Monte Carlo spread (default: 20, of document 001 50)");
   line.option("--jobs", o.jobs, "experiments at a time (default: one for each processor)");
   line.flag("--fresh", o.fresh, "compute again what an earlier call has finished");
   line.parse(argc, argv);
@@ -168,8 +186,8 @@ int run(int argc, char** argv) {
         throw Refusal(fmt::format("experiment '{}' needs the recorded drives: --data DIR", e->name));
     std::erase_if(wanted, [](const Experiment* e) { return e->needs_data; });
   }
-  if (o.seeds < 1 || o.seeds > 10000 || o.seeds != std::floor(o.seeds))
-    throw Refusal(fmt::format("--seeds: found {}, expected a whole number from 1 to 10000", o.seeds));
+  if (o.seeds < 0 || o.seeds > 10000 || o.seeds != std::floor(o.seeds))
+    throw Refusal(fmt::format("--seeds: found {}, expected a whole number from 0 to 10000", o.seeds));
   if (o.jobs < 0 || o.jobs > 1024 || o.jobs != std::floor(o.jobs))
     throw Refusal(fmt::format("--jobs: found {}, expected a whole number from 1 to 1024", o.jobs));
   if (!o.data.empty() && !fs::is_directory(o.data)) throw Refusal(fmt::format("--data: no such folder: {}", o.data));

@@ -52,6 +52,7 @@ std::string Sketch::shown(const std::string& name) {
 
 Sketch& Sketch::panel(const std::string& y_label, int height_px) {
   panel_ = &plot_.panel(y_label, height_px);
+  if (!first_) first_ = panel_;
   return *this;
 }
 Sketch& Sketch::range(double low, double high) {
@@ -65,7 +66,10 @@ Sketch& Sketch::log_y() {
 
 Sketch& Sketch::line(const std::string& name, const std::vector<double>& x, const std::vector<double>& y,
                      const std::string& style) {
-  plot_.line(*panel_, thinned(x, y), style, shown(name));
+  const std::string title = shown(name);
+  const bool elsewhere = !title.empty() && panel_ != first_;
+  plot_.line(*panel_, thinned(x, y), style, elsewhere ? "" : title);
+  if (elsewhere) plot_.line_entry(*first_, style, title);
   for (std::size_t i = 0; i < x.size(); ++i)
     fmt::format_to(std::back_inserter(csv_), "{},{},{:.9g},{:.9g},,\n", panel_->y_label, name, x[i], y[i]);
   return *this;
@@ -75,7 +79,10 @@ Sketch& Sketch::band(const std::string& name, const std::vector<double>& x, cons
                      const std::vector<double>& high, const std::string& colour) {
   SLIPSTREAM_CHECK(x.size() == low.size() && x.size() == high.size());
   const bool is_short = x.size() <= kMaxPlotPoints;
-  plot_.band(*panel_, is_short ? BandCurve{x, low, high} : decimated(as_utime(x), low, high), colour, shown(name));
+  const std::string title = shown(name);
+  const bool elsewhere = !title.empty() && panel_ != first_;
+  plot_.band(*panel_, is_short ? BandCurve{x, low, high} : decimated(as_utime(x), low, high), colour, elsewhere ? "" : title);
+  if (elsewhere) plot_.band_entry(*first_, colour, title);
   for (std::size_t i = 0; i < x.size(); ++i)
     fmt::format_to(std::back_inserter(csv_), "{},{},{:.9g},,{:.9g},{:.9g}\n", panel_->y_label, name, x[i], low[i], high[i]);
   return *this;

@@ -45,6 +45,7 @@ class Sketch {
   std::string item_, title_;
   PlotScript plot_;
   Panel* panel_ = nullptr;
+  Panel* first_ = nullptr;                     // has the legend of all
   std::string shown(const std::string& name);  // for the legend: empty the second time
   std::set<std::string> in_legend_;
   std::size_t legend_letters_ = 0;

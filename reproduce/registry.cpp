@@ -3,6 +3,9 @@
 namespace slipstream {
 
 // Each is defined in the .cpp of its name, those of a section together.
+void reproduce_localisation(const Bench& bench, Outcome& o);
+void reproduce_localisation_city(const Bench& bench, Outcome& o);
+void reproduce_localisation_recorded(const Bench& bench, Outcome& o);
 void reproduce_tyre(const Bench& bench, Outcome& o);
 void reproduce_snow(const Bench& bench, Outcome& o);
 void reproduce_stand(const Bench& bench, Outcome& o);
@@ -28,6 +31,8 @@ std::vector<std::string> items(std::initializer_list<std::pair<int, int>> figure
   return names;
 }
 
+constexpr const char* k001Chapter4 = "Chapter 4: localisation with IMU and GNSS";
+constexpr const char* k001Beyond = "Beyond the document";
 constexpr const char* kChapter3 = "Chapter 3: fundamentals";
 constexpr const char* kChapter4 = "Chapter 4: particle filter on snow";
 constexpr const char* kChapter5 = "Chapter 5: scale car, hierarchical observer";
@@ -39,23 +44,51 @@ constexpr const char* kConsistency = "What the estimators claim, and what can be
 
 const std::vector<Experiment>& experiments() {
   static const std::vector<Experiment> all{
-      {"tyre", kChapter3, "The magic formula on four surfaces", items({{1, 1}}, {1}), 0.01, reproduce_tyre},
-      {"snow", kChapter4, "Friction of a light vehicle on snow", items({{5, 13}}, {3, 4}), 0.5, reproduce_snow},
-      {"stand", kChapter5, "A suspended wheel, identified by particle swarm", items({{16, 17}}, {5, 6}), 1.0, reproduce_stand},
-      {"ground_simulation", kChapter5, "The hierarchical observer on a simulated scale car", items({{18, 20}}, {7}), 1.5,
+      {"001", "localisation", k001Chapter4, "A car for two seconds, GNSS at 25, 50 and 100 Hz", items({{5, 15}}, {}), 0.1,
+       reproduce_localisation, false, 50},
+      {"001",
+       "localisation_city",
+       k001Beyond,
+       "A minute of city driving, GNSS at 25, 50 and 100 Hz",
+       {"City drive"},
+       1.2,
+       reproduce_localisation_city,
+       false,
+       50},
+      {"001",
+       "localisation_recorded",
+       k001Beyond,
+       "A recorded drive, with GNSS and LIDAR",
+       {"Recorded drive"},
+       0.1,
+       reproduce_localisation_recorded,
+       true},
+      {"002", "tyre", kChapter3, "The magic formula on four surfaces", items({{1, 1}}, {1}), 0.01, reproduce_tyre},
+      {"002", "snow", kChapter4, "Friction of a light vehicle on snow", items({{5, 13}}, {3, 4}), 0.5, reproduce_snow},
+      {"002", "stand", kChapter5, "A suspended wheel, identified by particle swarm", items({{16, 17}}, {5, 6}), 1.0,
+       reproduce_stand},
+      {"002", "ground_simulation", kChapter5, "The hierarchical observer on a simulated scale car", items({{18, 20}}, {7}), 1.5,
        reproduce_ground_simulation},
-      {"ground_experiment", kChapter5, "The hierarchical observer on a richer plant", items({{21, 25}}, {8, 9}), 2.5,
+      {"002", "ground_experiment", kChapter5, "The hierarchical observer on a richer plant", items({{21, 25}}, {8, 9}), 2.5,
        reproduce_ground_experiment},
-      {"recorded", kChapter5, "Recorded drives of a real 1:10 car", {"Drive ds5a", "Drive ds3"}, 0.1, reproduce_recorded, true},
-      {"circle", kChapter6, "Circle", items({{26, 28}}, {10, 11}), 2.0, reproduce_circle},
-      {"lane_change", kChapter6, "Single lane change", items({{29, 32}}, {}), 1.2, reproduce_lane_change},
-      {"track", kChapter6, "Standard track", items({{33, 35}}, {12}), 3.5, reproduce_track},
-      {"drivetrain", kChapter7, "Engine, gears and wheel torque of the Unimog", items({{37, 40}}, {13, 14, 15}), 0.01,
+      {"002",
+       "recorded",
+       kChapter5,
+       "Recorded drives of a real 1:10 car",
+       {"Drive ds5a", "Drive ds3"},
+       0.1,
+       reproduce_recorded,
+       true},
+      {"002", "circle", kChapter6, "Circle", items({{26, 28}}, {10, 11}), 2.0, reproduce_circle},
+      {"002", "lane_change", kChapter6, "Single lane change", items({{29, 32}}, {}), 1.2, reproduce_lane_change},
+      {"002", "track", kChapter6, "Standard track", items({{33, 35}}, {12}), 3.5, reproduce_track},
+      {"002", "drivetrain", kChapter7, "Engine, gears and wheel torque of the Unimog", items({{37, 40}}, {13, 14, 15}), 0.01,
        reproduce_drivetrain},
-      {"unimog_particles", kChapter7, "Particle filter on the Unimog, from the wheel speed alone", items({{41, 50}}, {}), 0.3,
-       reproduce_unimog_particles},
-      {"unimog", kChapter7, "EKF and moving horizon on the Unimog", items({{51, 58}}, {16}), 1.5, reproduce_unimog},
-      {"consistency",
+      {"002", "unimog_particles", kChapter7, "Particle filter on the Unimog, from the wheel speed alone", items({{41, 50}}, {}),
+       0.3, reproduce_unimog_particles},
+      {"002", "unimog", kChapter7, "EKF and moving horizon on the Unimog", items({{51, 58}}, {16}), 1.5, reproduce_unimog},
+      {"002",
+       "consistency",
        kConsistency,
        "NEES, NIS and observability",
        {"Consistency", "Eq. 5.5", "Observability"},

@@ -90,9 +90,10 @@ void require_items(const Experiment& experiment, const Outcome& o) {
   std::signal(SIGTERM, SIG_DFL);
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   const auto start = Clock::now();
+  if (bench.seeds == 0) bench.seeds = experiment.seeds;
   bench.progress = [pipe](int done, int total) { say(pipe, fmt::format("p {} {}", done, total)); };
   try {
-    Part part{experiment.name, key, 0.0, {}};
+    Part part{experiment.document, experiment.name, key, 0.0, {}};
     experiment.run(bench, part.outcome);
     tell_steps(part.outcome);
     require_items(experiment, part.outcome);

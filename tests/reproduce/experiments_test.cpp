@@ -1,4 +1,5 @@
-// The list of experiments is complete: every figure and table of chapters 3 to 7 that shows a result has its place.
+// The list of experiments is complete: every figure and table of document 001's chapter 4 and of document 002's chapters 3 to 7
+// that shows a result has its place.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,10 +11,25 @@
 namespace slipstream {
 namespace {
 
-TEST(Experiments, EveryFigureAndTableOfTheDocumentIsThereOnce) {
+std::map<std::string, int> count_of_items(const std::string& document) {
   std::map<std::string, int> count;
   for (const Experiment& e : experiments())
-    for (const std::string& item : e.items) ++count[item];
+    if (e.document == document)
+      for (const std::string& item : e.items) ++count[item];
+  return count;
+}
+
+TEST(Experiments, EveryFigureOfDocument001IsThereOnce) {
+  const std::map<std::string, int> count = count_of_items("001");
+  for (int n = 5; n <= 15; ++n) {
+    const std::string item = "Fig. " + std::to_string(n);
+    ASSERT_TRUE(count.contains(item)) << item;
+    EXPECT_EQ(count.at(item), 1) << item;
+  }
+}
+
+TEST(Experiments, EveryFigureAndTableOfDocument002IsThereOnce) {
+  std::map<std::string, int> count = count_of_items("002");
   std::set<std::string> wanted{"Fig. 1"};
   for (const auto& [first, last] : {std::pair{5, 13}, {16, 28}, {29, 35}, {37, 58}})
     for (int n = first; n <= last; ++n) wanted.insert("Fig. " + std::to_string(n));
@@ -29,12 +45,16 @@ TEST(Experiments, NamesAreUniqueAndFitForFiles) {
     EXPECT_EQ(file_stem(e.name), e.name);
     EXPECT_NE(e.run, nullptr);
     EXPECT_FALSE(e.title.empty());
+    EXPECT_TRUE(e.document == "001" || e.document == "002") << e.name;
+    EXPECT_EQ(e.seeds, e.document == "001" && !e.needs_data ? 50 : 20) << e.name;
   }
 }
 
 TEST(Experiments, FileStems) {
   EXPECT_EQ(file_stem("Fig. 16"), "fig_16");
   EXPECT_EQ(file_stem("Table 7"), "table_7");
+  EXPECT_EQ(item_stem("002", "Fig. 16"), "fig_16");
+  EXPECT_EQ(item_stem("001", "Fig. 16"), "001_fig_16");
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ void endless(const Bench&, Outcome&) {
 }
 
 Experiment named(const char* name, void (*run)(const Bench&, Outcome&), double minutes = 1.0) {
-  return {name, "chapter", "title", {}, minutes, run};
+  return {"002", name, "chapter", "title", {}, minutes, run};
 }
 
 struct Finished {
@@ -80,7 +80,7 @@ TEST(Runner, WhatIsFinishedIsReadBackAsItWas) {
   EXPECT_TRUE(std::isnan(part->outcome.rows[1].ours));
   ASSERT_EQ(part->outcome.tables.size(), 1U);
   EXPECT_EQ(part->outcome.tables[0].table.rows, original.tables[0].table.rows);
-  EXPECT_EQ(part->outcome.notes, original.notes);
+  EXPECT_EQ(part->outcome.notes.at(0), original.notes.at(0));  // the runner may add what became of the steps
 
   std::ifstream csv(folder.path("tables/table_7.csv"));
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(csv), {}), "text,number\n\"a, b\",1\n\"c \"\"d\"\"\",2\n");
@@ -98,16 +98,58 @@ TEST(Runner, WhatIsFinishedIsReadBackAsItWas) {
   EXPECT_TRUE(results[1]["ours"].is_null());  // JSON has no NaN
 }
 
+void seeds(const Bench& bench, Outcome& o) {
+  o.rows.push_back(reported("Fig. 5", "seeds", "", {static_cast<double>(bench.seeds)}));
+  o.figures.push_back(
+      Sketch("Fig. 5", "a line", 1.0).panel("y", 100).line("s", {0.0, 1.0}, {2.0, 3.0}, line_of(0)).finish("c"));
+}
+
+// Both documents have a Fig. 5: neither overwrites the other's, and every row says whose it is.
+TEST(Runner, ItemsOfTwoDocumentsStandSideBySide) {
+  const TemporaryFolder folder;
+  prepare_output(folder.path());
+  Experiment first = named("first", seeds), second = named("second", seeds);
+  first.document = "001";
+  first.seeds = 50;
+  Finished f;
+  ASSERT_TRUE(run_experiments({&first, &second}, {}, folder.path(), "key", 1, f.hooks()));
+  std::vector<Part> parts;
+  for (const char* name : {"first", "second"}) parts.push_back(read_part(folder.path(), name, "key").value());
+  EXPECT_EQ(parts[0].document, "001");
+  EXPECT_EQ(parts[0].outcome.figures[0].svg, "001_fig_5.svg");
+  EXPECT_EQ(parts[1].outcome.figures[0].svg, "fig_5.svg");
+  EXPECT_EQ(parts[0].outcome.rows[0].ours, 50.0);  // each experiment's own, where the call does not say
+  EXPECT_EQ(parts[1].outcome.rows[0].ours, 20.0);
+  for (const char* file : {"figures/001_fig_5.csv", "figures/fig_5.csv"})
+    EXPECT_TRUE(std::ifstream(folder.path(file)).good()) << file;
+  write_results(folder.path(), parts);
+  std::ifstream file(folder.path("results.json"));
+  const nlohmann::json results = nlohmann::json::parse(file);
+  EXPECT_EQ(results[0]["document"], "001");
+  EXPECT_EQ(results[1]["document"], "002");
+}
+
+TEST(Runner, SeedsOfTheCallHoldForAll) {
+  const TemporaryFolder folder;
+  prepare_output(folder.path());
+  const Experiment e = named("good", seeds);
+  Bench bench;
+  bench.seeds = 3;
+  Finished f;
+  ASSERT_TRUE(run_experiments({&e}, bench, folder.path(), "key", 1, f.hooks()));
+  EXPECT_EQ(read_part(folder.path(), "good", "key").value().outcome.rows[0].ours, 3.0);
+}
+
 TEST(Runner, APartOfAnotherKeyOrFormIsNotUsed) {
   const TemporaryFolder folder;
   prepare_output(folder.path());
-  write_part(folder.path(), {"x", "key", 1.0, {}});
+  write_part(folder.path(), {"002", "x", "key", 1.0, {}});
   EXPECT_TRUE(read_part(folder.path(), "x", "key"));
   EXPECT_FALSE(read_part(folder.path(), "x", "other"));
   EXPECT_FALSE(read_part(folder.path(), "y", "key"));
-  for (const char* text :
-       {"", "{", "[]", "{\"key\": \"key\", \"experiment\": \"x\"}",
-        "{\"key\":\"key\",\"experiment\":\"x\",\"elapsed_s\":1,\"rows\":[{}],\"tables\":[],\"figures\":[]}"}) {
+  for (const char* text : {"", "{", "[]", "{\"key\": \"key\", \"experiment\": \"x\"}",
+                           "{\"key\":\"key\",\"document\":\"002\",\"experiment\":\"x\",\"elapsed_s\":1,\"rows\":[{}],"
+                           "\"tables\":[],\"figures\":[]}"}) {
     folder.write("parts/x.json", text);
     EXPECT_FALSE(read_part(folder.path(), "x", "key")) << text;
   }

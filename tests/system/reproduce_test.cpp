@@ -23,8 +23,11 @@ TEST(Reproduce, Refusals) {
        "no experiment 'drivetrian'; did you mean 'drivetrain'?; --list names them with their figures and tables"},
       {{"tyre", "--data", "nowhere"}, "--data: no such folder: nowhere"},
       {{"tyre", "--scenarios", "nowhere"}, "--scenarios: given twice"},
-      {{"tyre", "--seeds", "0"}, "--seeds: found 0, expected a whole number from 1 to 10000"},
-      {{"tyre", "--seeds", "2.5"}, "--seeds: found 2.5, expected a whole number from 1 to 10000"},
+      // Document 002 has no Fig. 14: a name without a document is one of 002's.
+      {{"fig_14"}, "no experiment 'fig_14'; did you mean '001_fig_14'?; --list names them with their figures and tables"},
+      {{"001_fig_4"}, "no experiment '001_fig_4'; --list names them with their figures and tables"},
+      {{"tyre", "--seeds", "-1"}, "--seeds: found -1, expected a whole number from 0 to 10000"},
+      {{"tyre", "--seeds", "2.5"}, "--seeds: found 2.5, expected a whole number from 0 to 10000"},
       {{"tyre", "--jobs", "-1"}, "--jobs: found -1, expected a whole number from 1 to 1024"},
       {{"tyre", "--out", "/proc/nowhere"}, "--out: cannot make the folder /proc/nowhere/: No such file or directory"},
       {{"tyre", "--out", "/proc/version"}, "--out: /proc/version is not a folder"},
@@ -39,7 +42,8 @@ TEST(Reproduce, TheListNamesEveryExperimentWithItsItems) {
   Bench bench;
   Process p = reproduce(bench, {"--list"});
   expect_success(p);
-  for (const char* text : {"tyre", "Fig. 1, Table 1", "drivetrain", "Table 16"}) EXPECT_TRUE(p.said(text)) << text;
+  for (const char* text : {"tyre", "Fig. 1, Table 1", "drivetrain", "Table 16", "document 001", "document 002", "localisation"})
+    EXPECT_TRUE(p.said(text)) << text;
 }
 
 TEST(Reproduce, AFigureByItsNumberAndASecondCallThatHasNothingToDo) {
@@ -60,6 +64,21 @@ TEST(Reproduce, AFigureByItsNumberAndASecondCallThatHasNothingToDo) {
   EXPECT_TRUE(second.said("1 of 1 experiments are finished already"));
   EXPECT_FALSE(second.said("tyre begins"));
   EXPECT_EQ(text_of(bench.path("out/report.html")), page);
+}
+
+// Fig. 5 is there twice: the bare name is document 002's.
+TEST(Reproduce, AFigureOfAnotherDocumentIsNamedWithIt) {
+  Bench bench;
+  Process p = reproduce(bench, {"001_fig_5", "--seeds", "1", "--out", bench.path("out")});
+  expect_success(p);
+  EXPECT_TRUE(p.said("localisation begins"));
+  EXPECT_FALSE(p.said("snow begins"));
+  EXPECT_TRUE(std::filesystem::exists(bench.path("out/figures/001_fig_5.svg")));
+  EXPECT_FALSE(std::filesystem::exists(bench.path("out/figures/fig_5.svg")));
+  EXPECT_NE(text_of(bench.path("out/report.html")).find("Document 001, reproduced"), std::string::npos);
+  const nlohmann::json results = nlohmann::json::parse(text_of(bench.path("out/results.json")), nullptr, false);
+  ASSERT_TRUE(results.is_array());
+  for (const nlohmann::json& r : results) EXPECT_EQ(r["document"], "001");
 }
 
 // One run of everything: each experiment delivers the figures and tables that it promises, or the program fails.
