@@ -9,11 +9,12 @@ namespace {
 constexpr int kHypotheses = 24;        // 15 degrees apart
 constexpr double kHeading_rad = 0.15;  // deviation of each: half the distance and a little
 constexpr double kTilt_rad = 0.1;
-constexpr double kSpeed_mps = 20.0;   // deviation of the velocity on each axis; up a tenth of it
-constexpr double kSettled_rad = 0.1;  // deviation of the mixture's heading
+constexpr double kSpeed_mps = 20.0;    // deviation of the velocity on each axis; up a tenth of it
+constexpr double kSettled_rad = 0.06;  // deviation of the mixture's attitude on each axis
+constexpr double kShortest_s = 1.0;    // one lucky fix settles nothing
 
-// A body velocity weighs heading by the velocity's direction: while that is mostly noise, each new linearisation would claim to know a
-// little more of the heading than it does. It counts once the speed is five times its standard deviation.
+// A body velocity weighs heading by the velocity's direction: while that is mostly noise, each new linearisation would claim to
+// know a little more of the heading than it does. It counts once the speed is five times its standard deviation.
 bool is_moving(const NavigationBelief& belief) {
   return belief.x.v_WS.squaredNorm() > 25.0 * belief.P.block<3, 3>(kVelocity, kVelocity).diagonal().maxCoeff();
 }
@@ -41,9 +42,11 @@ void NavigationStart::begin(const NavigationEvent& fix) {
     Hypothesis h;
     const Vector3 rpy(roll, pitch, 2.0 * kPi * k / kHypotheses);
     NavigationBelief& belief = h.entry.belief;
-    belief = frames_.start(Vector3::Zero(), Vector3::Zero(), rpy, Vector3::Zero(),
-                           Vector3(kSpeed_mps, kSpeed_mps, 0.1 * kSpeed_mps), Vector3(kTilt_rad, kTilt_rad, kHeading_rad), held_.w);
-    // What is known is the antenna's place: p = z - R l, so dp = noise + A dphi, and the position's error goes with the attitude's.
+    belief =
+        frames_.start(Vector3::Zero(), Vector3::Zero(), rpy, Vector3::Zero(), Vector3(kSpeed_mps, kSpeed_mps, 0.1 * kSpeed_mps),
+                      Vector3(kTilt_rad, kTilt_rad, kHeading_rad), held_.w);
+    // What is known is the antenna's place: p = z - R l, so dp = noise + A dphi, and the position's error goes with the
+    // attitude's.
     const Matrix3 R_WS = belief.x.q_WS.toRotationMatrix();
     belief.x.p_WS = m.z - R_WS * m.l;
     const Matrix3 A = filter_.error() == OrientationError::kGlobal ? skew(R_WS * m.l) : Matrix3(R_WS * skew(m.l));
@@ -95,7 +98,8 @@ bool NavigationStart::add(const NavigationEvent& event) {
   } else {
     NavigationEvent usable = event;
     if (event.measures && !is_fix)
-      usable.measures = std::all_of(hypotheses_.begin(), hypotheses_.end(), [](const Hypothesis& h) { return is_moving(h.entry.belief); });
+      usable.measures =
+          std::all_of(hypotheses_.begin(), hypotheses_.end(), [](const Hypothesis& h) { return is_moving(h.entry.belief); });
     NavigationEntry next;
     for (Hypothesis& h : hypotheses_) {
       process_.advance(h.entry, usable, next);

@@ -12,12 +12,14 @@
 #include "common/rotation.hpp"
 #include "io/csv.hpp"
 #include "io/registry_names.hpp"
+#include "io/toml_text.hpp"
 
 namespace slipstream {
 namespace {
 
 constexpr double kLatest_s = 1e6;
-constexpr double kUnitLength = 0.01;  // how far a recorded quaternion's length may be from 1
+constexpr double kFarthest_m = 100e3;  // from W's origin: beyond, its up is not the vehicle's (1 degree is 111 km)
+constexpr double kUnitLength = 0.01;   // how far a recorded quaternion's length may be from 1
 
 // Every file is read once, with all columns that are wanted of it.
 class Files {
@@ -88,6 +90,14 @@ RecordedGroupStream group_stream(Files& files, const RecordedGroup& group, const
     const Values value{std::span<const double>(numbers)};
     if (const char* const problem = problem_of(group.quantity, value))
       files.refuse(group.file, row, group.quantity + ": " + problem);
+    if (row == 0 && group.quantity == kGnss) {
+      const double away_m = world.to_enu({value[0], value[1], value[2]}).norm();
+      if (away_m > kFarthest_m)
+        files.refuse(group.file, row,
+                     "the first fix is " + digits(std::round(away_m / 1e3)) +
+                         " km from the origin of [world]; expected at most 100 km, e.g. latitude_deg = " + digits(value[0]) +
+                         ", longitude_deg = " + digits(value[1]) + ", height_m = " + digits(value[2]));
+    }
     if (is_out(time_s[row] - group.lag_s)) continue;
     stream.time_s.push_back(time_s[row]);
     stream.value.push_back(value);

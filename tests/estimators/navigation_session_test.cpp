@@ -119,6 +119,30 @@ TEST(LateFixes, TooLateIsRefusedAndNamed) {
   expect_always_sound(late);
 }
 
+// Nobody says where the car is and which way it looks: what the filter then claims to know is true. 20 independent runs, the
+// nine states at three instants: standing, pulling away, in the first curve.
+TEST(StartFromFixes, IsAsUncertainAsItSays) {
+  constexpr int kRuns = 20;
+  // Chi-square with 20 * 9 degrees of freedom over 20: 0.0005 and 0.9995 quantiles, 6.13 and 12.5.
+  constexpr double kLow = 6.13, kHigh = 12.5;
+  for (const std::string algorithm : {"es_ekf", "ukf"}) {
+    std::map<Utime, double> sum{{1'500'000, 0.0}, {3'500'000, 0.0}, {5'900'000, 0.0}};
+    for (int seed = 2001; seed < 2001 + kRuns; ++seed) {
+      const Localised run =
+          localise_simulated(city({"run.duration_s=6", "run.seed=" + std::to_string(seed)}), algorithm, "fixes");
+      run.each(1.5, 6.0, [&](const Estimate& e, const Eigen::VectorXd& d) {
+        if (const auto found = sum.find(e.header.utime); found != sum.end())
+          found->second += Localised::nees(e, d, 0, 9) / kRuns;
+      });
+    }
+    for (const auto& [utime, nees] : sum) {
+      std::cout << algorithm << ": mean NEES at " << seconds(utime) << " s: " << nees << "\n";
+      EXPECT_GT(nees, kLow) << algorithm << " at " << seconds(utime);
+      EXPECT_LT(nees, kHigh) << algorithm << " at " << seconds(utime);
+    }
+  }
+}
+
 // --- Bad input ------------------------------------------------------------------------------------------------------------
 
 TEST(BadInput, NotFiniteIsRefusedAndNamed) {
