@@ -300,7 +300,7 @@ bool correct(ErrorCovariance& p, const SparseRows& h, const NavigationMeasuremen
              NavigationInnovation& i, ErrorVector& correction) {
   const bool used = kHasFours ? correct_by_fours(p, h, z, predicted, gate, i, correction)
                               : correct_by_twos(p, h, z, predicted, gate, i, correction);
-  check(p);
+  if (used) check(p);
   return used;
 }
 

@@ -162,8 +162,7 @@ void read_groups(TomlTable& t, RecordedConfig& recorded, const Scenario& s) {
       c.refuse("columns", "found " + std::to_string(group.columns.size()) + ", expected " + std::to_string(components) +
                               " for '" + group.quantity + "'");
     if (!group.scale.empty() && group.scale.size() != components)
-      c.refuse("scale",
-               "found " + std::to_string(group.scale.size()) + ", expected " + std::to_string(components) + " or none");
+      c.refuse("scale", "found " + std::to_string(group.scale.size()) + ", expected " + std::to_string(components) + " or none");
     if (group.frame != "geodetic" && group.quantity != kGnss) c.refuse("frame", "only of 'gnss'");
     for (const RecordedGroup& other : recorded.groups)
       if (other.quantity == group.quantity) c.refuse("quantity", "'" + group.quantity + "' is recorded twice");

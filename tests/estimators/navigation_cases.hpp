@@ -27,10 +27,12 @@ inline NavigationState random_state(RandomStream& random) {
   x.b_w = normal3(random, 0.01);
   return x;
 }
-inline ErrorCovariance random_covariance(RandomStream& random) {
+inline ErrorCovariance random_covariance(RandomStream& random, bool biases) {
   ErrorCovariance a;
   for (double& value : a.reshaped()) value = 0.3 * random.normal();
-  return a * a.transpose();
+  if (!biases) a.bottomRows<6>().setZero();
+  const ErrorCovariance p = a * a.transpose();
+  return 0.5 * (p + p.transpose());
 }
 inline StrapdownTuning navigation_tuning(const std::string& error, bool biases) {
   StrapdownTuning t;
@@ -153,9 +155,9 @@ inline void expect_covariances(const NavigationFilter& filter, bool biases) {
 }
 
 // Refused measurements leave every bit.
-inline void expect_untouched(const NavigationFilter& filter) {
+inline void expect_untouched(const NavigationFilter& filter, bool biases) {
   RandomStream random(8, 0, "navigation_untouched");
-  const NavigationBelief start{random_state(random), random_covariance(random)};
+  const NavigationBelief start{random_state(random), random_covariance(random, biases)};
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   const auto same = [&](const NavigationBelief& b) {
     return b.P == start.P && b.x.p_WS == start.x.p_WS && b.x.v_WS == start.x.v_WS &&

@@ -16,7 +16,7 @@ INSTANTIATE_TEST_SUITE_P(Forms, NavigationUkf, ::testing::Values("global", "loca
 TEST_P(NavigationUkf, LinearCaseIsAKalmanFilter) { expect_kalman(*make(false), false); }
 TEST_P(NavigationUkf, CovarianceStaysSymmetricAndPositive) { expect_covariances(*make(true), true); }
 TEST_P(NavigationUkf, ErrorsAreAsLargeAsItBelieves) { expect_consistent(*make(true), true); }
-TEST_P(NavigationUkf, WhatIsRefusedLeavesTheBelief) { expect_untouched(*make(true)); }
+TEST_P(NavigationUkf, WhatIsRefusedLeavesTheBelief) { expect_untouched(*make(true), true); }
 // The points lie along the factor's columns, which do not turn with the world: their second order differs, sigma_phi^2 / 10.
 TEST_P(NavigationUkf, YawWraps) { expect_yaw_is_no_number(*make(true), 1e-3); }
 
