@@ -1,8 +1,8 @@
 // How a plain parameter struct shows its fields to whoever fills or prints them, without knowing who that is.
 //
 // A struct P lists its fields once, as `template <typename Self, typename V> static void visit_parameters(Self& p, V& v)`
-// with calls v.number(key, p.field, range), v.list(key, p.field, range), v.triple(key, p.field, range), v.choice(key, p.field, options), v.flag(key, p.field).
-// Keys carry their unit as suffix. The field's initialiser is the default.
+// with calls v.number(key, p.field, range), v.list(key, p.field, range), v.triple(key, p.field, range), v.choice(key, p.field,
+// options), v.flag(key, p.field). Keys carry their unit as suffix. The field's initialiser is the default.
 #pragma once
 
 #include <limits>

@@ -29,7 +29,8 @@ inline constexpr std::array<Component, 6> kImuComponents{{{"f_x_mps2", "m/s^2"},
                                                           {"w_x_radps", "rad/s"},
                                                           {"w_y_radps", "rad/s"},
                                                           {"w_z_radps", "rad/s"}}};
-inline constexpr std::array<Component, 3> kGnssComponents{{{"latitude_deg", "deg"}, {"longitude_deg", "deg"}, {"height_m", "m"}}};
+inline constexpr std::array<Component, 3> kGnssComponents{
+    {{"latitude_deg", "deg"}, {"longitude_deg", "deg"}, {"height_m", "m"}}};
 inline constexpr std::array<Component, 3> kLidarComponents{{{"lidar_x_m", "m"}, {"lidar_y_m", "m"}, {"lidar_z_m", "m"}}};
 
 // Of a quantity with several numbers; empty: the quantity is a number.

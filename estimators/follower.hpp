@@ -31,6 +31,6 @@ struct FollowHooks {
 
 // `name` goes into the estimates. Refuses an algorithm or a tuning that is not known, and one that does not fit the model.
 std::unique_ptr<RunFollower> make_follower(const std::string& algorithm, const std::string& name, std::int64_t run_id,
-                                        const Scenario& scenario, const std::string& tuning, FollowHooks hooks);
+                                           const Scenario& scenario, const std::string& tuning, FollowHooks hooks);
 
 }  // namespace slipstream

@@ -2,7 +2,8 @@
 //
 // State of the IMU frame S (origin and axes of the sensor): position and velocity in W, attitude, biases in S.
 // Error (15): dp, dv, dphi, db_f, db_w, where p = p^ + dp, ..., and the attitude's is global, R = exp(dphi) R^ with dphi in W's
-// axes (document 001, eq. 3.26), or local, R = R^ exp(dphi). P is the covariance of that error. Q and R are discrete covariances.
+// axes (document 001, eq. 3.26), or local, R = R^ exp(dphi). P is the covariance of that error. Q and R are discrete
+// covariances.
 //
 // Without biases (document 001's nine error states) their block of P is zero and stays so.
 #pragma once
@@ -65,7 +66,8 @@ struct InertialNoise {
 
 // What was measured, in the form every algorithm understands. R is its discrete covariance; rows >= size are not used.
 //   kPoint         h = p + R l                                   position in W of the point l (in S)
-//   kBodyVelocity  h = R_BS [R' v + (w - b_w) x l]               velocity of the point l in B's axes; `rows` of it, w: `inertial`
+//   kBodyVelocity  h = R_BS [R' v + (w - b_w) x l]               velocity of the point l in B's axes; `rows` of it, w:
+//   `inertial`
 struct NavigationMeasurement {
   enum Kind { kPoint, kBodyVelocity };
   Kind kind = kPoint;
@@ -80,9 +82,9 @@ struct NavigationMeasurement {
 
 struct NavigationInnovation {
   int size = 3;
-  Vector3 nu = Vector3::Zero();       // z - h(x-)
-  Matrix3 S = Matrix3::Identity();    // its covariance; identity beyond size
-  double nis = 0.0;                   // nu' S^-1 nu
+  Vector3 nu = Vector3::Zero();     // z - h(x-)
+  Matrix3 S = Matrix3::Identity();  // its covariance; identity beyond size
+  double nis = 0.0;                 // nu' S^-1 nu
   bool gated = false;
 };
 
@@ -94,7 +96,8 @@ class NavigationFilter {
   // Over dt_s with the reading held. `noise` is that of this step: a session raises it where the IMU has fallen silent.
   virtual void predict(NavigationBelief& belief, const Inertial& reading, const InertialNoise& noise, double dt_s) const = 0;
   // Leaves the belief as it is where nis > gate.
-  virtual NavigationInnovation update(NavigationBelief& belief, const NavigationMeasurement& measurement, double gate) const = 0;
+  virtual NavigationInnovation update(NavigationBelief& belief, const NavigationMeasurement& measurement,
+                                      double gate) const = 0;
 };
 
 // Each is defined in the .cpp of its name. gravity_mps2 and the choices among them come from the tuning.

@@ -50,7 +50,8 @@ Trajectory<M> roll_out(const M& model, Vector<double, M::kStates> x, const Scena
   for (int k = 0; k <= steps && x.allFinite(); ++k) {
     std::uint32_t measured = 0;
     for (std::size_t i = 0; i < rates.size(); ++i)
-      if (rates[i] > 0.0 && k % std::max(1, static_cast<int>(std::min(1e9, std::round(fastest / rates[i])))) == 0) measured |= 1U << i;
+      if (rates[i] > 0.0 && k % std::max(1, static_cast<int>(std::min(1e9, std::round(fastest / rates[i])))) == 0)
+        measured |= 1U << i;
     t.x.push_back(x);
     t.u.push_back(u);
     t.measured.push_back(measured);

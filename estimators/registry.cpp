@@ -69,8 +69,9 @@ std::string names_of(const Entries& entries) {
 
 std::string misfit(const std::string& algorithm, const Scenario& scenario) {
   const bool strapdown = scenario.estimator.strapdown.has_value();
-  return fmt::format("algorithm '{}' does not work on the model of scenario '{}'{}; expected one of: {}", algorithm, scenario.name,
-                     strapdown ? " ('strapdown')" : "", strapdown ? names_of(kNavigation) : names_of(kAlgorithms));
+  return fmt::format("algorithm '{}' does not work on the model of scenario '{}'{}; expected one of: {}", algorithm,
+                     scenario.name, strapdown ? " ('strapdown')" : "",
+                     strapdown ? names_of(kNavigation) : names_of(kAlgorithms));
 }
 
 const Tuning& tuning_of(const Scenario& scenario, const std::string& tuning) {
@@ -99,7 +100,7 @@ std::unique_ptr<Estimator> make_estimator(const std::string& algorithm, const Sc
 }
 
 std::unique_ptr<RunFollower> make_follower(const std::string& algorithm, const std::string& name, std::int64_t run_id,
-                                        const Scenario& scenario, const std::string& tuning, FollowHooks hooks) {
+                                           const Scenario& scenario, const std::string& tuning, FollowHooks hooks) {
   const Tuning& known = tuning_of(scenario, tuning);
   if (!scenario.estimator.strapdown)
     return std::make_unique<EstimatorSession>(name, run_id, scenario, known, make_estimator(algorithm, scenario, tuning),

@@ -80,7 +80,9 @@ class NewLog final : public Transport {
   explicit NewLog(const std::string& path) : log_(path) {}
   void subscribe(const std::vector<std::string>&, RawHandler) override {}
   bool poll(int) override { return false; }
-  void publish(const std::string& channel, const void* data, std::size_t size) override { log_.write(channel, now_, data, size); }
+  void publish(const std::string& channel, const void* data, std::size_t size) override {
+    log_.write(channel, now_, data, size);
+  }
   void complete() override { log_.complete(); }
   void at(std::int64_t utime) override { now_ = utime; }
 

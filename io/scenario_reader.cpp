@@ -162,7 +162,8 @@ void read_groups(TomlTable& t, RecordedConfig& recorded, const Scenario& s) {
       c.refuse("columns", "found " + std::to_string(group.columns.size()) + ", expected " + std::to_string(components) +
                               " for '" + group.quantity + "'");
     if (!group.scale.empty() && group.scale.size() != components)
-      c.refuse("scale", "found " + std::to_string(group.scale.size()) + ", expected " + std::to_string(components) + " or none");
+      c.refuse("scale",
+               "found " + std::to_string(group.scale.size()) + ", expected " + std::to_string(components) + " or none");
     if (group.frame != "geodetic" && group.quantity != kGnss) c.refuse("frame", "only of 'gnss'");
     for (const RecordedGroup& other : recorded.groups)
       if (other.quantity == group.quantity) c.refuse("quantity", "'" + group.quantity + "' is recorded twice");
@@ -261,8 +262,7 @@ void read_recorded(TomlTable& t, RecordedConfig& recorded, const Scenario& scena
 
 // What one section asks of another.
 void check_together(const TomlTable& root, const Scenario& s) {
-  if (s.sensors.empty() && !s.imu && !s.gnss && !s.lidar)
-    root.refuse("sensor", "no sensor" + suggestion("", sensor_names()));
+  if (s.sensors.empty() && !s.imu && !s.gnss && !s.lidar) root.refuse("sensor", "no sensor" + suggestion("", sensor_names()));
   std::vector<std::string> offered;  // to the model as inputs: a sensor's reading may be one
   for (const SensorConfig& sensor : s.sensors) offered.push_back(sensor.quantity);
   if (s.recorded) {

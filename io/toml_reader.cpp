@@ -147,7 +147,8 @@ void TomlTable::list(const std::string& key, std::vector<double>& field, const R
   if (const toml::node* const node = impl_->find(key)) {
     const toml::array* const items = node->as_array();
     const bool may_be_empty = field.empty();  // as the default is
-    if (!items || (items->empty() && !may_be_empty)) impl_->refuse(*node, key, items ? "a list of at least one number" : "a list of numbers");
+    if (!items || (items->empty() && !may_be_empty))
+      impl_->refuse(*node, key, items ? "a list of at least one number" : "a list of numbers");
     if (items->size() > kMostNumbers)
       impl_->refuse(*node, key, "a list of at most " + std::to_string(kMostNumbers) + " numbers");
     field.clear();

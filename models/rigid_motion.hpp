@@ -11,9 +11,9 @@
 namespace slipstream {
 
 struct RigidMotion {
-  Vector3 p_WB = Vector3::Zero();      // of B's reference point, m
-  Vector3 v_WB = Vector3::Zero();      // in W, m/s
-  Vector3 a_WB = Vector3::Zero();      // in W, m/s^2
+  Vector3 p_WB = Vector3::Zero();  // of B's reference point, m
+  Vector3 v_WB = Vector3::Zero();  // in W, m/s
+  Vector3 a_WB = Vector3::Zero();  // in W, m/s^2
   Rotation q_WB = Rotation::Identity();
   Vector3 w_WB_B = Vector3::Zero();      // in B, rad/s
   Vector3 alpha_WB_B = Vector3::Zero();  // its derivative, rad/s^2

@@ -87,8 +87,8 @@ struct RecordedConfig {
   std::string time_column = "t_s";
   std::vector<RecordedGroup> groups;
   std::optional<RecordedAttitude> attitude;  // truth roll_rad, pitch_rad, yaw_rad
-  std::vector<RecordedColumn> sensors;  // quantity: of one of the scenario's sensors
-  std::vector<RecordedColumn> inputs;   // quantity: "drive_torque_nm"
+  std::vector<RecordedColumn> sensors;       // quantity: of one of the scenario's sensors
+  std::vector<RecordedColumn> inputs;        // quantity: "drive_torque_nm"
   std::vector<RecordedColumn> truth;
   std::optional<RecordedPathSpeed> path_speed;  // truth "speed_mps"
 };

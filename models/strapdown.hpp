@@ -1,7 +1,8 @@
-// What an estimator believes that dead-reckons with an IMU: the states it publishes, where its sensors sit, and how it is tuned.
-// A model of its own kind: the IMU's readings drive the prediction, so there is no x' = f(x, u) of models/process.hpp.
+// What an estimator believes that dead-reckons with an IMU: the states it publishes, where its sensors sit, and how it is
+// tuned. A model of its own kind: the IMU's readings drive the prediction, so there is no x' = f(x, u) of models/process.hpp.
 //
-//   p' = v,   v' = R (z_f - b_f - noise) - g z,   R' = R [z_w - b_w - noise]x,   b_f', b_w' white       document 001, eqs 3.1-3.4
+//   p' = v,   v' = R (z_f - b_f - noise) - g z,   R' = R [z_w - b_w - noise]x,   b_f', b_w' white       document 001,
+//   eqs 3.1-3.4
 //
 // Published: position, velocity and attitude of the body's reference point in W (east-north-up), attitude as roll, pitch, yaw
 // (common/rotation.hpp); the biases in the IMU's own axes.
@@ -70,15 +71,15 @@ struct Strapdown {
 
 // [tuning.NAME] of a strapdown model. Standard deviations, not variances.
 struct StrapdownTuning {
-  std::string orientation_error = "global";  // "global": document 001, eq. 3.26; or "local"
-  bool biases = true;                        // false: the nine error states of document 001, eq. 3.8
-  std::string noise = "sensors";             // "sensors": each sensor's own; "given": the next five
+  std::string orientation_error = "global";              // "global": document 001, eq. 3.26; or "local"
+  bool biases = true;                                    // false: the nine error states of document 001, eq. 3.8
+  std::string noise = "sensors";                         // "sensors": each sensor's own; "given": the next five
   double accelerometer_mps2 = 0.05, gyro_radps = 0.005;  // of a sample
   Vector3 gnss_m{0.1, 0.1, 0.1}, lidar_m{0.5, 0.5, 0.5};
   double forward_speed_mps = 0.1;
   double accelerometer_bias_walk_mps2 = 0.0, gyro_bias_walk_radps = 0.0;  // after one second
   bool use_gnss = true, use_lidar = true, use_forward_speed = true;
-  bool nonholonomic = false;  // the body's reference point moves neither sideways nor upwards in B ...
+  bool nonholonomic = false;      // the body's reference point moves neither sideways nor upwards in B ...
   double nonholonomic_mps = 0.1;  // ... but for this
   double gate = 0.0;              // a measurement beyond this quantile of chi-square is left out; 0: none is
   double history_s = 1.0;         // measurements may arrive so late and are still used exactly

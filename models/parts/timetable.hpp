@@ -2,8 +2,8 @@
 //
 //   y(t) = y_i + (y_{i+1} - y_i) (t - t_i) / (t_{i+1} - t_i),   t_i <= t <= t_{i+1}
 //
-// Every point is a kink; two points at one time are a step. A vehicle whose state has the time makes each an event, counts in its mode
-// those that are past, and asks for the line until the next one, which is smooth.
+// Every point is a kink; two points at one time are a step. A vehicle whose state has the time makes each an event, counts in
+// its mode those that are past, and asks for the line until the next one, which is smooth.
 #pragma once
 
 #include <algorithm>
@@ -35,8 +35,8 @@ inline TimetableLine timetable_line(double from_s, const std::vector<double>& ti
   return {time_s[next - 1], value[next - 1], (value[next] - value[next - 1]) / (time_s[next] - time_s[next - 1])};
 }
 
-// Refuses lists that are empty, of different lengths, or whose times decrease or are three times the same; `times` and `values` are
-// their keys.
+// Refuses lists that are empty, of different lengths, or whose times decrease or are three times the same; `times` and `values`
+// are their keys.
 inline void require_timetable(const std::string& times, const std::vector<double>& time_s, const std::string& values,
                               const std::vector<double>& value) {
   if (time_s.empty()) throw Refusal("vehicle." + times + ": is empty, expected at least one time");

@@ -12,7 +12,7 @@
 
 namespace slipstream {
 
-inline constexpr std::array kSensorTypes{kWheelSpeedSensor, kAccelerometer, kYawRateSensor, kLateralAccelerometer,
-                                         kMotorCurrentSensor, kForwardSpeedSensor};
+inline constexpr std::array kSensorTypes{kWheelSpeedSensor,     kAccelerometer,      kYawRateSensor,
+                                         kLateralAccelerometer, kMotorCurrentSensor, kForwardSpeedSensor};
 
 }  // namespace slipstream

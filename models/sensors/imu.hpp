@@ -1,4 +1,5 @@
-// Inertial measurement unit, fixed to the body at r (lever arm) with axes R_BS: specific force and angular rate in its own axes.
+// Inertial measurement unit, fixed to the body at r (lever arm) with axes R_BS: specific force and angular rate in its own
+// axes.
 //
 //   z_f = sat(diag(scale_f) f_k + b_f + noise_mps2 xi),    z_w = sat(diag(scale_w) w_k + b_w + noise_radps xi),    xi ~ N(0, I)
 //   f_k = R_WS(t_k)' ((v_WS(t_k+1) - v_WS(t_k)) / dt + g z),   w_k = log(R_WS(t_k)' R_WS(t_k+1)) / dt,   dt = t_k+1 - t_k
@@ -23,9 +24,9 @@ namespace slipstream {
 
 struct Imu {
   double rate_hz = 500.0;
-  double noise_mps2 = 0.05, noise_radps = 0.005;             // standard deviation of a sample
+  double noise_mps2 = 0.05, noise_radps = 0.005;                // standard deviation of a sample
   Vector3 bias_mps2{0.0, 0.0, 0.0}, bias_radps{0.0, 0.0, 0.0};  // at the start
-  double bias_walk_mps2 = 0.0, bias_walk_radps = 0.0;        // standard deviation after one second
+  double bias_walk_mps2 = 0.0, bias_walk_radps = 0.0;           // standard deviation after one second
   Vector3 accelerometer_scale{1.0, 1.0, 1.0}, gyro_scale{1.0, 1.0, 1.0};
   double range_mps2 = 0.0, range_radps = 0.0;
   Vector3 position_m{0.0, 0.0, 0.0};  // r, in B

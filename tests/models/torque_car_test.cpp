@@ -50,14 +50,16 @@ TEST(TorqueCar, RefusalsWordForWord) {
               c.torque_nm = {1.0, 2.0};
             }),
             "vehicle.torque_nm: has 2 values, expected 1, one for each of vehicle.torque_time_s");
-  EXPECT_EQ(refusal([](TorqueCar& c) {
-              c.torque_time_s = {2.0, 2.0, 2.0}, c.torque_nm = {1.0, 2.0, 3.0};
-            }),
-            "vehicle.torque_time_s: expected increasing times, or two that are equal for a step, found 2.000000 after 2.000000");
-  EXPECT_EQ(refusal([](TorqueCar& c) {
-              c.torque_time_s = {0.0, 2.0, 1.5}, c.torque_nm = {1.0, 2.0, 3.0};
-            }),
-            "vehicle.torque_time_s: expected increasing times, or two that are equal for a step, found 1.500000 after 2.000000");
+  EXPECT_EQ(
+      refusal([](TorqueCar& c) {
+        c.torque_time_s = {2.0, 2.0, 2.0}, c.torque_nm = {1.0, 2.0, 3.0};
+      }),
+      "vehicle.torque_time_s: expected increasing times, or two that are equal for a step, found 2.000000 after 2.000000");
+  EXPECT_EQ(
+      refusal([](TorqueCar& c) {
+        c.torque_time_s = {0.0, 2.0, 1.5}, c.torque_nm = {1.0, 2.0, 3.0};
+      }),
+      "vehicle.torque_time_s: expected increasing times, or two that are equal for a step, found 1.500000 after 2.000000");
 }
 
 TEST(TorqueCar, ParametersOfTable3) {

@@ -76,8 +76,9 @@ std::string refusal(std::vector<double> time_s, std::vector<double> current_a) {
 TEST(SuspendedWheel, Refusals) {
   EXPECT_EQ(refusal({0.0, 1.0}, {1.0}), "vehicle.current_a: has 1 values, expected 2, one for each of vehicle.current_time_s");
   EXPECT_EQ(refusal({}, {}), "vehicle.current_time_s: is empty, expected at least one time");
-  EXPECT_EQ(refusal({0.0, 2.0, 1.0}, {1.0, 2.0, 3.0}),
-            "vehicle.current_time_s: expected increasing times, or two that are equal for a step, found 1.000000 after 2.000000");
+  EXPECT_EQ(
+      refusal({0.0, 2.0, 1.0}, {1.0, 2.0, 3.0}),
+      "vehicle.current_time_s: expected increasing times, or two that are equal for a step, found 1.000000 after 2.000000");
   EXPECT_EQ(refusal({0.0, 1.0, 1.0}, {1.0, 2.0, 3.0}), "(accepted)");
 }
 
