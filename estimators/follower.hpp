@@ -25,8 +25,9 @@ class RunFollower {
 
 struct FollowHooks {
   std::function<void(const Estimate&)> publish;
-  // A reading that was refused, or something else that the person at the terminal should know; may be empty.
-  std::function<void(const std::string& quantity, const std::string& reason)> complain;
+  // A reading that was refused; and what else the person at the terminal should know. Either may be empty.
+  std::function<void(const std::string& quantity, const std::string& reason)> complain{};
+  std::function<void(const std::string& line)> say{};
 };
 
 // `name` goes into the estimates. Refuses an algorithm or a tuning that is not known, and one that does not fit the model.

@@ -103,7 +103,8 @@ class Program {
                              {[this](const Estimate& e) { bus_.publish(e); },
                               [this](const std::string& quantity, const std::string& reason) {
                                 if (const std::string text = rejections_.line(quantity, reason); !text.empty()) say(text);
-                              }});
+                              },
+                              [this](const std::string& line) { say(line); }});
     run_id_ = r.header.run_id;
     descriptor_seq_ = r.header.seq;
     heard_ = Clock::now();

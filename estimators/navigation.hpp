@@ -34,6 +34,12 @@ struct NavigationBelief {
   ErrorCovariance P = ErrorCovariance::Zero();
 };
 
+inline bool is_sound(const NavigationBelief& belief) {
+  const NavigationState& x = belief.x;
+  return x.p_WS.allFinite() && x.v_WS.allFinite() && x.q_WS.coeffs().allFinite() && x.b_f.allFinite() && x.b_w.allFinite() &&
+         belief.P.allFinite() && (belief.P.diagonal().array() >= 0.0).all();
+}
+
 enum class OrientationError { kGlobal, kLocal };
 
 inline NavigationState plus(const NavigationState& x, const ErrorVector& d, OrientationError error) {

@@ -37,7 +37,10 @@ void NavigationProcess::advance(const NavigationEntry& from, const NavigationEve
     noise.w *= period_s_ / held_s;
     filter_.predict(to.belief, from.held, noise, held_s);
   }
-  if (dt_s > held_s) coast(to.belief, dt_s - held_s);
+  if (dt_s > held_s) {
+    coast(to.belief, dt_s - held_s);
+    to.held.w = to.belief.x.b_w;  // as it coasts it does not turn
+  }
   if (event.kind == NavigationEventKind::kImu) {
     to.held = event.reading;
     to.held_since = event.utime;

@@ -49,6 +49,7 @@ NavigationBelief NavigationFrames::start(const Vector3& p_WB, const Vector3& v_W
   ErrorCovariance J = ErrorCovariance::Identity();
   J.block<3, 3>(kPosition, kAttitude) = -skew(R * s_) * phi * to_error;
   J.block<3, 3>(kVelocity, kAttitude) = -skew(R * w.cross(s_)) * phi * to_error;
+  J.block<3, 3>(kVelocity, kGyroBias) = R * skew(s_);
   J.block<3, 3>(kAttitude, kAttitude) = to_error;
   ErrorVector deviation;
   deviation << p_deviation, v_deviation, rpy_deviation, Vector3::Constant(biases_ ? f_deviation_ : 0.0),

@@ -19,7 +19,6 @@ class NavigationHistory {
   NavigationHistory(const NavigationProcess& process, std::size_t capacity, Utime span);
 
   void start(const NavigationEntry& entry);
-  bool empty() const { return size_ == 0; }
   // An event later than the newest is simply the next.
   Insertion insert(const NavigationEvent& event);
   const NavigationEntry& newest() const { return at(size_ - 1); }

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "common/chi_square.hpp"
 #include "common/readings.hpp"
@@ -17,14 +18,13 @@ constexpr double kLost_s = 2.0;              // every fix left out for so long, 
 constexpr int kLostFixes = 10;               // and at least so many
 constexpr double kLongestGap_s = 30.0;       // without any event: where the vehicle is then, nobody knows
 constexpr std::size_t kMostPending = 65536;  // readings that no tick has come for
+constexpr std::size_t kMostHistory = 20000;  // 50 MB: 10 s at 1 kHz
+constexpr std::size_t kMostNoted = 20;       // innovations of an estimate: a monitor takes 64 numbers
+constexpr std::int64_t kMostLost = std::int64_t{1} << 53;
+constexpr double kGrace_s = 0.1;  // whoever hears the IMU so early has heard the beginning of the run
 constexpr Utime kNonholonomicPeriod = 100'000;
+constexpr const char* kRepeated = "one of the same time is there already";
 constexpr const char* kForwardSpeed = "forward_speed_mps";
-
-bool is_sound(const NavigationBelief& belief) {
-  const NavigationState& x = belief.x;
-  return x.p_WS.allFinite() && x.v_WS.allFinite() && x.q_WS.coeffs().allFinite() && x.b_f.allFinite() && x.b_w.allFinite() &&
-         belief.P.allFinite() && (belief.P.diagonal().array() >= 0.0).all();
-}
 
 InertialNoise noise_of(const Scenario& scenario, const StrapdownTuning& tuning) {
   const bool given = tuning.noise == "given";
@@ -41,7 +41,7 @@ std::size_t capacity_for(const Scenario& scenario, const StrapdownTuning& tuning
   double rate_hz = scenario.imu->rate_hz + 100.0;
   if (scenario.gnss) rate_hz += scenario.gnss->rate_hz;
   if (scenario.lidar) rate_hz += scenario.lidar->rate_hz;
-  return static_cast<std::size_t>(2.0 * rate_hz * tuning.history_s) + 64;
+  return std::min(static_cast<std::size_t>(2.0 * rate_hz * tuning.history_s) + 64, kMostHistory);
 }
 
 // Of a measurement with 1, 2, 3 rows.
@@ -121,7 +121,7 @@ NavigationSession::NavigationSession(std::string name, std::int64_t run_id, cons
   }
   nonholonomic_alone_ = tuning.nonholonomic && !(channels_.contains(kForwardSpeed) && tuning.use_forward_speed);
   pending_.reserve(256);
-  noted_.reserve(16);
+  noted_.reserve(kMostNoted);
   message_.name = name_;
 }
 
@@ -182,17 +182,19 @@ void NavigationSession::on_reading(const Reading& r) {
   if (found == channels_.end()) return;  // the model has no use for it
   Channel& c = found->second;
   if (const char* problem = problem_of(r.quantity, r.value)) return refuse(r.quantity, problem);
-  if (c.seen && r.header.seq >= c.next_seq) lost_ += r.header.seq - c.next_seq;
+  if (processed_ >= 0 && r.header.utime - processed_ > to_utime(kLongestGap_s))
+    return refuse(r.quantity, "its time is more than 30 s ahead of the run");
   const bool overtaken = c.seen && r.header.seq < c.next_seq;  // sent before one that is here: late, or there twice
+  if (!c.seen && c.kind == NavigationEventKind::kImu && !running_)
+    may_start_given_ = static_cast<double>(r.header.seq) * imu_period_s_ <= kGrace_s;
   if (overtaken && lost_ > 0 && r.header.utime < c.newest) --lost_;
-  if (c.kind == NavigationEventKind::kImu && c.seen && !overtaken && r.header.utime <= c.newest)
-    return refuse(r.quantity, r.header.utime == c.newest ? "its time is that of the one before" : "its time goes backwards");
-  if (!c.seen && c.kind == NavigationEventKind::kImu && r.header.seq == 0 && !running_) may_start_given_ = true;
-  if (!overtaken) {
-    c.next_seq = r.header.seq + 1;
-    c.newest = std::max(c.newest, r.header.utime);
-  }
-  c.seen = true;
+  if (c.seen && !overtaken) lost_ = std::min(kMostLost, lost_ + (r.header.seq - c.next_seq));
+  if (!overtaken) c.next_seq = r.header.seq + 1;
+  const Utime before = c.newest;
+  const bool first = !std::exchange(c.seen, true);
+  c.newest = first ? r.header.utime : std::max(c.newest, r.header.utime);
+  if (c.kind == NavigationEventKind::kImu && !first && !overtaken && r.header.utime <= before)
+    return refuse(r.quantity, r.header.utime == before ? "its time is that of the one before" : "its time goes backwards");
   if (!c.used) return;
   if (pending_.size() >= kMostPending) return refuse(r.quantity, "no tick comes");
   pending_.push_back(event_of(c, r));
@@ -202,20 +204,13 @@ void NavigationSession::on_tick(Utime utime) {
   const auto before = std::chrono::steady_clock::now();
   std::stable_sort(pending_.begin(), pending_.end());
   std::size_t taken = 0;
-  while (taken < pending_.size() && pending_[taken].utime <= utime) process(pending_[taken++]);
-  pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(taken));
-  if (!running_ && !waiting_.empty()) {
-    // In order, and not before those that may still come have come.
-    std::stable_sort(waiting_.begin(), waiting_.end());
-    std::size_t done = 0;
-    while (!running_ && done < waiting_.size() && waiting_[done].utime <= utime - start_lag_)
-      process_starting(NavigationEvent(waiting_[done++]));
-    waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(done));
-    if (running_) {
-      const std::vector<NavigationEvent> rest = std::exchange(waiting_, {});
-      for (const NavigationEvent& e : rest) process(e);
-    }
+  for (; taken < pending_.size() && pending_[taken].utime <= utime; ++taken) {
+    // A start waits for what comes late; how late that is it learns, should the scenario not say.
+    if (!running_) start_lag_ = std::clamp(utime - pending_[taken].utime, start_lag_, to_utime(tuning_.history_s));
+    process(pending_[taken]);
   }
+  pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(taken));
+  if (!running_ && !waiting_.empty()) start_from_waiting(utime);
   // A silent IMU: the estimate goes on with the ticks.
   if (running_ && seconds(utime - history_.newest().held_since) > process_.hold_s() &&
       utime - history_.newest().event.utime >= to_utime(imu_period_s_)) {
@@ -224,12 +219,26 @@ void NavigationSession::on_tick(Utime utime) {
     process(clock);
   }
   const double step_time_us = std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - before).count();
-  processed_ = std::max(processed_, utime);
+  if (utime < processed_) published_ = std::min(published_, utime - 1);  // a tick that was far ahead had no run behind it
+  processed_ = utime;
   if (taken > 0 || running_) publish(step_time_us);
+}
+
+// What waits, in order of time, but not before those that may still come have come.
+void NavigationSession::start_from_waiting(Utime utime) {
+  std::stable_sort(waiting_.begin(), waiting_.end());
+  std::size_t done = 0;
+  while (!running_ && done < waiting_.size() && waiting_[done].utime <= utime - start_lag_)
+    process_starting(NavigationEvent(waiting_[done++]));  // a copy: starting again clears them
+  waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(std::min(done, waiting_.size())));
+  if (!running_) return;
+  const std::vector<NavigationEvent> rest = std::exchange(waiting_, {});
+  for (const NavigationEvent& e : rest) process(e);
 }
 
 void NavigationSession::process(const NavigationEvent& event) {
   if (running_) return process_running(event);
+  if (event.kind == NavigationEventKind::kClock) return;
   if (may_start_given_ && tuning_.start == "given") {
     if (event.kind == NavigationEventKind::kImu) start_given(event);
     return;  // a fix at the very start, before the first reading of the IMU, is not waited for
@@ -254,11 +263,17 @@ void NavigationSession::begin(const NavigationEntry& entry) {
   running_ = true;
   may_start_given_ = false;  // only the beginning of a run is told
   gated_since_.reset();
+  newest_started_.reset();
   start_.clear();
 }
 
 void NavigationSession::process_starting(const NavigationEvent& event) {
-  if (start_.add(event)) begin(NavigationEntry(start_.mixture()));
+  if (newest_started_ && is_same(event, *newest_started_)) return refuse(name_of(event.kind), kRepeated);
+  if (newest_started_ && event < *newest_started_) return refuse(name_of(event.kind), "it comes later than a start waits for");
+  newest_started_ = event;
+  const bool known = start_.add(event);
+  if (start_.begun() && !start_.is_sound()) return start_again("the estimate was not finite");
+  if (known) begin(NavigationEntry(start_.mixture()));
 }
 
 void NavigationSession::process_running(const NavigationEvent& event) {
@@ -271,7 +286,7 @@ void NavigationSession::process_running(const NavigationEvent& event) {
     case NavigationHistory::Insertion::kDone:
       break;
     case NavigationHistory::Insertion::kRepeated:
-      return refuse(name_of(event.kind), "one of the same time is there already");
+      return refuse(name_of(event.kind), kRepeated);
     case NavigationHistory::Insertion::kTooLate:
       return refuse(name_of(event.kind), "it comes later than history_s of the tuning allows");
   }
@@ -302,16 +317,17 @@ void NavigationSession::watch_gate(const NavigationEntry& entry) {
 }
 
 void NavigationSession::start_again(const std::string& why) {
-  if (hooks_.complain) hooks_.complain("estimate", why + "; it starts again from the fixes");
+  if (hooks_.say) hooks_.say(why + ": starts again from the fixes");
   running_ = false;
   history_.clear();
   start_.clear();
   waiting_.clear();
+  newest_started_.reset();
   gated_since_.reset();
 }
 
 void NavigationSession::note(const NavigationEntry& entry) {
-  if (noted_.size() < noted_.capacity()) noted_.push_back(entry);
+  if (noted_.size() < kMostNoted) noted_.push_back(entry);
 }
 
 void NavigationSession::publish(double step_time_us) {

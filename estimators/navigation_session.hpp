@@ -45,6 +45,7 @@ class NavigationSession final : public RunFollower {
   void refuse(const std::string& quantity, const std::string& reason);
   NavigationEvent event_of(const Channel& channel, const Reading& reading);
   void process(const NavigationEvent& event);
+  void start_from_waiting(Utime utime);
   void process_starting(const NavigationEvent& event);
   void process_running(const NavigationEvent& event);
   void start_given(const NavigationEvent& first);
@@ -74,8 +75,9 @@ class NavigationSession final : public RunFollower {
   bool nonholonomic_alone_ = false;  // without a speed sensor: ten times a second
   std::map<std::string, Channel, std::less<>> channels_;
 
-  std::vector<NavigationEvent> pending_;  // arrived, not yet processed
-  std::vector<NavigationEvent> waiting_;  // for a start
+  std::vector<NavigationEvent> pending_;           // arrived, not yet processed
+  std::vector<NavigationEvent> waiting_;           // for a start
+  std::optional<NavigationEvent> newest_started_;  // the last that a start has processed
   bool running_ = false;
   bool may_start_given_ = false;
   Utime processed_ = -1, published_ = -1;

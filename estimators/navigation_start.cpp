@@ -27,10 +27,15 @@ NavigationStart::NavigationStart(const NavigationFrames& frames, const Navigatio
   hypotheses_.reserve(kHypotheses);
 }
 
+bool NavigationStart::is_sound() const {
+  return std::all_of(hypotheses_.begin(), hypotheses_.end(),
+                     [](const Hypothesis& h) { return slipstream::is_sound(h.entry.belief); });
+}
+
 void NavigationStart::clear() {
   hypotheses_.clear();
   force_.setZero();
-  readings_ = 0;
+  has_reading_ = false;
 }
 
 void NavigationStart::begin(const NavigationEvent& fix) {
@@ -89,11 +94,11 @@ bool NavigationStart::add(const NavigationEvent& event) {
   if (!begun()) {
     if (event.kind == NavigationEventKind::kImu) {
       force_ += event.reading.f;
-      ++readings_;
+      has_reading_ = true;
       held_ = event.reading;
       held_since_ = event.utime;
     }
-    if (!is_fix || readings_ == 0) return false;
+    if (!is_fix || !has_reading_) return false;
     begin(event);
   } else {
     NavigationEvent usable = event;

@@ -25,6 +25,7 @@ class NavigationStart {
   // Events in order of time. True when the heading is known: then `belief` is where the filter goes on from.
   bool add(const NavigationEvent& event);
   bool begun() const { return !hypotheses_.empty(); }
+  bool is_sound() const;  // every one of its filters is finite
   const NavigationEntry& mixture() const { return mixture_; }
   void clear();
 
@@ -42,7 +43,7 @@ class NavigationStart {
   std::vector<Hypothesis> hypotheses_;
   NavigationEntry mixture_;
   Vector3 force_ = Vector3::Zero();  // sum of the readings before the first fix
-  std::int64_t readings_ = 0;
+  bool has_reading_ = false;
   Inertial held_;
   Utime held_since_ = 0;
   Utime begun_ = 0;  // the first fix

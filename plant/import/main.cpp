@@ -1,6 +1,7 @@
 // slipstream-import: turns a folder of CSV streams into an LCM log that estimators and monitors read like any other.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #include "common/refusal.hpp"

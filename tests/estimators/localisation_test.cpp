@@ -33,7 +33,7 @@ TEST(Carla, TheDocumentsFilterAttainsThePublishedFigures) {
 
 TEST(Carla, TheMatchedFilterIsAsGood) {
   SLIPSTREAM_NEEDS_DATA(kCarla);
-  for (const std::string algorithm : {"es_ekf"}) {
+  for (const std::string algorithm : {"es_ekf", "ukf"}) {
     SCOPED_TRACE(algorithm);
     const Localised gnss = carla("matched", kWithoutLidar, nullptr, algorithm), all = carla("matched", {}, nullptr, algorithm);
     EXPECT_LE(gnss.position_rmse(), 0.200);
@@ -152,6 +152,9 @@ TEST(Civic, VelocityIsGoodToFiveCentimetresASecond) {
   std::cout << "velocity RMSE east " << east << ", north " << north << ", up " << up << " m/s\n";
   EXPECT_LE(east, 0.05);
   EXPECT_LE(north, 0.05);
+  EXPECT_LE(std::hypot(east, north), 0.05);
+  // Upwards the reference and the phone's mounting allow less: the README attains 0.12 m/s with wheel speed, 0.081 without.
+  EXPECT_LE(up, 0.12);
 }
 
 TEST(Civic, FifteenSecondsWithoutGnssCostLittle) {

@@ -216,6 +216,7 @@ TEST(BadInput, DuplicateStampsAreRefusedAndNamed) {
   });
   EXPECT_EQ(run.complaints, (std::map<std::string, int>{{"gnss: one of the same time is there already", 1},
                                                         {"imu: its time is that of the one before", 1}}));
+  EXPECT_EQ(run.estimates.back().messages_lost, 0);
   expect_always_sound(run);
   expect_recovered(run, 10.0, 0.5);
 }
@@ -277,11 +278,117 @@ TEST(BadInput, AnImuThatStopsForTwoSeconds) {
 TEST(BadInput, AWrongStartIsGivenUpForTheFixes) {
   const Localised run = localise_simulated(city({"tuning.matched.initial_position_m=[500, 0, 0]"}), "es_ekf", "matched");
   bool said = false;
-  for (const auto& [text, count] : run.complaints)
-    said = said || (text.starts_with("estimate: the last ") && text.ends_with("it starts again from the fixes"));
+  for (const auto& [text, count] : run.said)
+    said =
+        said || (text.starts_with("the last ") && text.ends_with(" fixes were all too unlikely: starts again from the fixes"));
   EXPECT_TRUE(said);
   expect_always_sound(run);
   expect_recovered(run, 15.0, 0.5);
+}
+
+// A value that is finite and yet no measurement.
+TEST(BadInput, WhatNoImuMeasuresIsRefusedAndNamed) {
+  for (const std::string tuning : {"matched", "fixes"})
+    for (const double value : {2e5, 1e200}) {
+      SCOPED_TRACE(tuning);
+      const Localised run = localise_simulated(city(), "es_ekf", tuning, [&](Reading& r) {
+        if (r.quantity == "imu" && (r.header.seq == 100 || r.header.seq == 4000)) {
+          std::array<double, 6> spoilt{value, 0.0, 0.0, 0.0, 0.0, -value};
+          r.value = Values(spoilt);
+        }
+        return true;
+      });
+      EXPECT_EQ(run.complaints, (std::map<std::string, int>{{"imu: its value is beyond what any IMU measures", 2}}));
+      expect_always_sound(run);
+      expect_recovered(run, 10.0, 0.5);
+    }
+}
+
+// A shock that an IMU can measure: 2 ms of 50000 m/s^2 are 100 m/s. The filter is lost for a while, says so and finds itself
+// again.
+TEST(BadInput, AShockIsSurvived) {
+  const Localised run = localise_simulated(city(), "es_ekf", "matched", [&](Reading& r) {
+    if (r.quantity == "imu" && r.header.seq == 3000) r.value = Values(std::array{5e4, 0.0, 9.81, 0.0, 0.0, 0.0});
+    return true;
+  });
+  EXPECT_FALSE(run.said.empty());
+  expect_always_sound(run);
+  expect_recovered(run, 18.0, 0.5);
+}
+
+TEST(BadInput, AStampFarAheadIsRefusedAndNamed) {
+  for (const std::string quantity : {"imu", "gnss"}) {
+    SCOPED_TRACE(quantity);
+    const Localised run = localise_simulated(city(), "es_ekf", "matched", [&](Reading& r) {
+      if (r.quantity == quantity && r.header.seq == 100) r.header.utime += 1'000'000'000;
+      return true;
+    });
+    EXPECT_EQ(run.complaints, (std::map<std::string, int>{{quantity + ": its time is more than 30 s ahead of the run", 1}}));
+    EXPECT_EQ(run.statuses()[EstimateStatus::kFallback], 0);
+    expect_recovered(run, 6.0, 0.5);
+  }
+}
+
+// A sequence number that jumps is a loss, as far as one can tell, and never more than the wire carries.
+TEST(BadInput, ASequenceNumberThatJumpsIsSurvived) {
+  const Localised run = localise_simulated(city(), "es_ekf", "matched", [&](Reading& r) {
+    if (r.header.seq == 100) r.header.seq = std::int64_t{1} << 53;
+    return true;
+  });
+  expect_always_sound(run);
+  EXPECT_GE(run.estimates.back().messages_lost, 0);
+  EXPECT_LE(run.estimates.back().messages_lost, std::int64_t{1} << 53);
+  expect_recovered(run, 6.0, 0.5);
+}
+
+TEST(BadInput, ATickFarAheadIsSurvived) {
+  const Scenario scenario = city();
+  const auto drive = make_simulated_drive(scenario);
+  std::vector<Estimate> estimates;
+  const auto follower =
+      make_follower("es_ekf", "test", 1, scenario, "matched", {[&](const Estimate& e) { estimates.push_back(e); }});
+  std::vector<std::int64_t> seq(drive->quantities().size(), 0);
+  DriveEpoch epoch;
+  while (drive->next(epoch)) {
+    for (const NamedValue& r : epoch.readings) {
+      const auto channel = static_cast<std::size_t>(r.channel);
+      follower->on_reading({{r.utime, seq[channel]++, 1}, drive->quantities()[channel], r.value});
+    }
+    follower->on_tick(epoch.utime);
+    if (epoch.utime == 5'000'000) follower->on_tick(Utime{1} << 53);
+  }
+  EXPECT_EQ(estimates.back().status, EstimateStatus::kValid);
+  EXPECT_EQ(estimates.back().header.utime, 20'000'000);
+}
+
+// Fixes that come later than the scenario says, or twice, while nothing is known yet.
+TEST(BadInput, LateAndRepeatedFixesDuringAStart) {
+  const Scenario honest = city();
+  Scenario believed = honest;  // of the estimator: fixes come at once
+  believed.gnss->delay_s = believed.lidar->delay_s = 0.0;
+  const auto drive = make_simulated_drive(honest);
+  std::vector<Estimate> estimates;
+  std::map<std::string, int> complaints;
+  const auto follower = make_follower("es_ekf", "test", 1, believed, "fixes",
+                                      {[&](const Estimate& e) { estimates.push_back(e); },
+                                       [&](const std::string& q, const std::string& r) { ++complaints[q + ": " + r]; }});
+  std::vector<std::int64_t> seq(drive->quantities().size(), 0);
+  DriveEpoch epoch;
+  while (drive->next(epoch)) {
+    for (const NamedValue& r : epoch.readings) {
+      const auto channel = static_cast<std::size_t>(r.channel);
+      const Reading reading{{r.utime, seq[channel]++, 1}, drive->quantities()[channel], r.value};
+      follower->on_reading(reading);
+      if (reading.quantity == "gnss") follower->on_reading(reading);
+    }
+    follower->on_tick(epoch.utime);
+  }
+  EXPECT_EQ(estimates.back().status, EstimateStatus::kValid);
+  EXPECT_GT(complaints["gnss: one of the same time is there already"],
+            400);  // 25 Hz, 20 s, but for the first few that came too late
+  EXPECT_LT(
+      complaints["gnss: it comes later than a start waits for"] + complaints["lidar: it comes later than a start waits for"],
+      10);
 }
 
 TEST(BadInput, WhoJoinsInTheMiddleStartsFromTheFixes) {

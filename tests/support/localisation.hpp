@@ -37,6 +37,7 @@ struct Localised {
   std::vector<std::string> truth_names;
   std::map<Utime, std::vector<double>> truth;
   std::map<std::string, int> complaints;  // "quantity: reason"
+  std::map<std::string, int> said;
 
   // Of the nine states at an instant: linear between two samples at most 0.2 s apart, angles on the circle; empty where there
   // is none.
@@ -121,7 +122,8 @@ inline Localised localise(const Scenario& scenario, DriveSource& drive, const st
   const auto follower = make_follower(
       algorithm, "test", 1, scenario, tuning,
       {[&](const Estimate& e) { result.estimates.push_back(e); },
-       [&](const std::string& quantity, const std::string& reason) { ++result.complaints[quantity + ": " + reason]; }});
+       [&](const std::string& quantity, const std::string& reason) { ++result.complaints[quantity + ": " + reason]; },
+       [&](const std::string& line) { ++result.said[line]; }});
   std::vector<std::int64_t> seq(drive.quantities().size(), 0);
   DriveEpoch epoch;
   while (drive.next(epoch)) {
