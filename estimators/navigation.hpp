@@ -72,8 +72,8 @@ struct InertialNoise {
 
 // What was measured, in the form every algorithm understands. R is its discrete covariance; rows >= size are not used.
 //   kPoint         h = p + R l                                   position in W of the point l (in S)
-//   kBodyVelocity  h = R_BS [R' v + (w - b_w) x l]               velocity of the point l in B's axes; `rows` of it, w:
-//   `inertial`
+//   kBodyVelocity  h = R_BS [R' v + (w - b_w) x l]               velocity of the point l in B's axes, `rows` of it
+//                  w: the rate measured then
 struct NavigationMeasurement {
   enum Kind { kPoint, kBodyVelocity };
   Kind kind = kPoint;

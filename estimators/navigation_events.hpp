@@ -3,9 +3,9 @@
 //
 //   reading k holds from its time to the next reading's: the step that ends at an event has dt = its time - the one before
 //   Q of a step:  sigma^2 T dt,  T = 1 / rate      so that a step divided by a fix between two readings has the same noise
-//   silence:      a reading holds for at most kHold periods; beyond, the vehicle coasts: no acceleration, no rotation, known
-//   only
-//                 to q_f = (3 m/s^2)^2 s and q_w = (0.3 rad/s)^2 s, white: after one second of unknown driving
+//   silence:      a reading holds for at most kHold periods; beyond, the vehicle coasts: no acceleration,
+//                 no rotation, known only to
+//                 q_f = (3 m/s^2)^2 s and q_w = (0.3 rad/s)^2 s, white: after one second of unknown driving
 //
 // Innovations of one instant are computed one after the other, so they are independent of each other.
 #pragma once

@@ -1,9 +1,9 @@
 // Unscented Kalman filter on the manifold: the error-state filter's rival, by points instead of derivatives.
 //
-//   points    x_0 = x,  x_i+- = x [+] +-sqrt(n + lambda) L_i,   P = L L',   w = 1 / (2 (n + lambda)),   n + lambda = alpha^2 (n
-//   + kappa) predict   d_i = f(x_i) [-] f(x_0),   c = sum w d_i,   x = f(x_0) [+] c,   P = sum w d_i d_i' + (beta - alpha^2) c
-//   c' + Q update    with points drawn anew:  e_i = h(x_i) - h(x_0),   c = sum w e_i,   nu = z - h(x_0) - c
-//             S = sum w e_i e_i' + (beta - alpha^2) c c' + R,   K = (sum w d_i e_i') S^-1,   x = x [+] K nu
+//   points    x_i+- = x [+] +-sqrt(n + l) L_i,  P = L L',  w = 1 / (2 (n + l)),  n + l = alpha^2 (n + kappa);  x_0 = x
+//   predict   d_i = f(x_i) [-] f(x_0),  c = sum w d_i,  x = f(x_0) [+] c,  P = sum w d_i d_i' + (beta - alpha^2) c c' + Q
+//   update    with points drawn anew:  e_i = h(x_i) - h(x_0),  c = sum w e_i,  nu = z - h(x_0) - c
+//             S = sum w e_i e_i' + (beta - alpha^2) c c' + R,  K = (sum w d_i e_i') S^-1,  x = x [+] K nu
 //             P = sum w (d_i - K e_i)(d_i - K e_i)' + (beta - alpha^2) K c c' K' + K R K'
 //
 // These are the scaled transform's sums written about the point in the middle: its large negative weight has cancelled, so that

@@ -10,9 +10,9 @@
 // axes:
 //   shift       d = t                       the offset of L's map
 //   lever arm   d = R_WB l                  where L sits on the body
-//   rotation    d = t + phi x (p - p mean)  the angle of L's map; principal directions about which the drive says nothing, or
-//   whose
-//                                          component of phi is below four standard deviations, are left out
+//   rotation    d = t + phi x (p - p mean)  the angle of L's map; left out are principal directions about which the drive
+//                                          says nothing, or whose component of phi is below four
+//                                          standard deviations
 // The one with the least  3N ln(SS_res) + k ln(3N)  (Schwarz 1978; k = 3, 3, 6) is the cause if it explains half of sum |d|^2,
 // and if its parameters are not by chance: (SS_tot - SS_res)/k > 10 SS_res/(3N - k). No mounting begins to be wrong
 // during a drive: a shift that begins after ten consistent fixes of the sensor is not yet explained. And none mends itself:
@@ -22,9 +22,9 @@
 // follows the estimate.
 //
 // One sensor.
-//   jumps       at most half of the episode's measurements are outliers (sensor_watch.hpp), and without them the mean NIS is
-//   below
-//               1.5 d; or a position sensor jumps as above
+//   jumps       at most half of the episode's measurements are outliers (sensor_watch.hpp),
+//               and without them the mean NIS is below 1.5 d;
+//               or a position sensor jumps as above
 //   scale       forward speed: nu = k v, v the estimated speed; the cause if it explains half of sum nu^2
 //   otherwise   the sensor's own question (innovation_sensors.hpp)
 #pragma once

@@ -1,8 +1,8 @@
 // Position fixes of a point r (lever arm, in B) of the body: GNSS as latitude, longitude, height; LIDAR in its map's own frame.
 //
 //   GNSS    p_WS = p + R r + diag(noise_m) xi  in W's axes, then geodetic (common/geodesy.hpp)
-//   LIDAR   l = C' (p + R r - t) + diag(noise_m) xi  in the map's axes;   so p + R r = C l + t,   C = R(map_rpy_rad), t =
-//   map_offset_m
+//   LIDAR   l = C' (p + R r - t) + diag(noise_m) xi  in the map's axes;   so p + R r = C l + t
+//           C = R(map_rpy_rad),   t = map_offset_m
 //
 // A fix carries the time of its measurement and is sent `delay_s` later. During an outage none is measured. In a scenario:
 // [sensor.gnss], [sensor.lidar]; of a recorded drive they say what estimators believe, and its outages drop what was recorded.

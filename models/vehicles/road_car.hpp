@@ -9,8 +9,8 @@
 // profiles are):
 //
 //   a = v' e + v e',   e' = psi' (-e_y, e_x, 0) - theta' (-cos psi u, -sin psi u, c)
-//   w = (phi' - psi' sin theta,  theta' cos phi + psi' cos theta sin phi,  -theta' sin phi + psi' cos theta cos phi),   alpha =
-//   w' d/dt = v d/ds,   d2/dt2 = v^2 d2/ds2 + v' d/ds;   theta_s = -u_s / c,   theta_ss = -(u_ss + u u_s^2 / c^2) / c
+//   w = (phi' - psi' sin theta,  theta' cos phi + psi' cos theta sin phi,  -theta' sin phi + psi' cos theta cos phi)
+//   alpha = w';  d/dt = v d/ds,  d2/dt2 = v^2 d2/ds2 + v' d/ds;  theta_s = -u_s / c,  theta_ss = -(u_ss + u u_s^2 / c^2) / c
 //
 // W is east-north-up, B forward-left-up; the reference point is on the path. Distance s is along the path, grade = up per metre
 // of it (nose up is negative pitch), curvature = yaw per metre of it, positive to the left; positive bank lifts the left side.
