@@ -28,7 +28,7 @@ TEST(Doors, CommandLines) {
       {"plant", {kUnimog, "--wait-for", "a b"}, "--wait-for: 'a b' is no participant's name; expected NAME[,NAME...] or none"},
       {"estimator",
        {"--algorithm", "ekff"},
-       "--algorithm: unknown algorithm 'ekff'; expected one of: ekf, mhe, pf, hierarchical_ekf, hierarchical_mhe"},
+       "--algorithm: unknown algorithm 'ekff'; expected one of: ekf, mhe, pf, hierarchical_ekf, hierarchical_mhe, es_ekf, ukf"},
       {"estimator", {"--name", "my filter"}, "--name: 'my filter' is no name; expected 1 to 32 of A-Z a-z 0-9 _ -"},
       {"estimator",
        {"--name", std::string(33, 'x')},
@@ -80,7 +80,7 @@ TEST(Doors, Scenarios) {
        ":3:10: estimator.tuning: found \"best\", expected one of \"document\", \"matched\""},
       {"[sensor.gyro]\nrate_hz = 1\n",
        ":2:9: unknown key 'gyro' in [sensor]; expected one of wheel_speed, accelerometer, yaw_rate, lateral_accelerometer, "
-       "motor_current"},
+       "motor_current, forward_speed, imu, gnss, lidar"},
       {"[run\n", ":2:5: syntax error: Error while parsing table header: expected ']', saw '\\n'"},
   };
   for (const auto& file : files) {

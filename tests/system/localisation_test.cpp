@@ -31,7 +31,7 @@ TEST(Localisation, LiveInLockstepAndAgainFromTheLog) {
   const nlohmann::json scores = bench.scores();
   for (const std::string name : {"es_ekf", "ukf"}) {
     const nlohmann::json& estimator = scores["estimators"][name];
-    EXPECT_EQ(estimator["status"]["valid"], 2001) << name << ": 4 s at 500 Hz, both ends";
+    EXPECT_EQ(estimator["valid"], 2001) << name << ": 4 s at 500 Hz, both ends";
     EXPECT_LT(estimator["states"]["east_m"]["rmse"], 0.15) << name << ": the sensors' 0.1 m, and a margin";
     EXPECT_TRUE(estimator["warnings"].empty()) << name << estimator["warnings"];
     Process again = bench.from_log(bench.path("out/run.lcm"), {"--algorithm", name, "--out", bench.path(name + ".lcm")});
@@ -112,7 +112,8 @@ TEST(Import, AUsersOwnFilesBecomeALogThatIsEstimatedAndScored) {
   Process monitor = bench.run(
       {Bench::program("monitor"), "--lcm-url", "file://" + bench.path("e.lcm") + "?speed=0", "--out", bench.path("scored")});
   expect_success(monitor);
-  EXPECT_GT(bench.scores("scored")["estimators"]["es_ekf"]["status"]["valid"], 1500);
+  EXPECT_GT(bench.scores("scored")["estimators"]["es_ekf"]["valid"],
+            1000);  // it knows its heading before half of the 2001 instants are over
 }
 
 TEST(Import, TheSameFilesGiveTheSameBytes) {
