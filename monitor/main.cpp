@@ -50,7 +50,7 @@ RunInfo describe(const RunDescriptor& descriptor) {
   info.description = scenario.description;
   info.scenario_toml = loaded.resolved_toml;
   info.seed = scenario.run.seed;
-  info.duration_s = scenario.run.duration_s;
+  if (scenario.run.duration_s > 0.0) info.duration_s = scenario.run.duration_s;  // of a recorded drive 0 is all of it
   info.deadline_s = scenario.run.deadline_s;
   std::string sensors;
   const auto sensor_fact = [&](const std::string& name, double rate_hz, const std::string& more) {
