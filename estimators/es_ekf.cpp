@@ -94,7 +94,7 @@ class EsEkf final : public NavigationFilter {
 }  // namespace
 
 std::unique_ptr<NavigationFilter> make_es_ekf(const Strapdown& model, const StrapdownTuning& tuning) {
-  if (tuning.orientation_error == "local")
+  if (orientation_error_of(tuning) == OrientationError::kLocal)
     return std::make_unique<EsEkf<OrientationError::kLocal>>(model.gravity_mps2, tuning.biases);
   return std::make_unique<EsEkf<OrientationError::kGlobal>>(model.gravity_mps2, tuning.biases);
 }

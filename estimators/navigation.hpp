@@ -41,6 +41,9 @@ inline bool is_sound(const NavigationBelief& belief) {
 }
 
 enum class OrientationError { kGlobal, kLocal };
+inline OrientationError orientation_error_of(const StrapdownTuning& tuning) {
+  return tuning.orientation_error == "local" ? OrientationError::kLocal : OrientationError::kGlobal;
+}
 
 inline NavigationState plus(const NavigationState& x, const ErrorVector& d, OrientationError error) {
   const Vector3 phi = d.segment<3>(kAttitude);

@@ -1,12 +1,14 @@
 #include "estimators/navigation_frames.hpp"
 
+#include "estimators/kalman.hpp"
+
 namespace slipstream {
 
 NavigationFrames::NavigationFrames(const Strapdown& model, const StrapdownTuning& tuning, double gyro_variance)
     : R_BS_(from_rpy(model.imu_rpy_rad).toRotationMatrix()),
       position_(model.imu_position_m),
       s_(R_BS_.transpose() * model.imu_position_m),
-      error_(tuning.orientation_error == "local" ? OrientationError::kLocal : OrientationError::kGlobal),
+      error_(orientation_error_of(tuning)),
       gyro_variance_(gyro_variance),
       biases_(tuning.biases),
       f_deviation_(tuning.accelerometer_bias_deviation_mps2),
@@ -30,7 +32,7 @@ PublishedNavigation NavigationFrames::publish(const NavigationBelief& belief, co
   published.covariance.noalias() = J * belief.P * J.transpose();
   const Matrix3 arm = R * skew(s_);
   published.covariance.block<3, 3>(kVelocity, kVelocity) += gyro_variance_ * arm * arm.transpose();
-  published.covariance = (0.5 * (published.covariance + published.covariance.transpose())).eval();
+  symmetrise(published.covariance);
   return published;
 }
 
@@ -55,7 +57,7 @@ NavigationBelief NavigationFrames::start(const Vector3& p_WB, const Vector3& v_W
   deviation << p_deviation, v_deviation, rpy_deviation, Vector3::Constant(biases_ ? f_deviation_ : 0.0),
       Vector3::Constant(biases_ ? w_deviation_ : 0.0);
   belief.P = J * deviation.cwiseAbs2().asDiagonal() * J.transpose();
-  belief.P = (0.5 * (belief.P + belief.P.transpose())).eval();
+  symmetrise(belief.P);
   return belief;
 }
 

@@ -51,6 +51,11 @@ std::array<double, 3> gates_of(double probability) {
   return {chi_square_quantile(probability, 1), chi_square_quantile(probability, 2), chi_square_quantile(probability, 3)};
 }
 
+// Nearly always they are in order: then nothing is moved, and no buffer allocated.
+void sort_by_time(std::vector<NavigationEvent>& events) {
+  if (!std::is_sorted(events.begin(), events.end())) std::stable_sort(events.begin(), events.end());
+}
+
 std::string name_of(NavigationEventKind kind) {
   switch (kind) {
     case NavigationEventKind::kImu:
@@ -202,7 +207,7 @@ void NavigationSession::on_reading(const Reading& r) {
 
 void NavigationSession::on_tick(Utime utime) {
   const auto before = std::chrono::steady_clock::now();
-  std::stable_sort(pending_.begin(), pending_.end());
+  sort_by_time(pending_);
   std::size_t taken = 0;
   for (; taken < pending_.size() && pending_[taken].utime <= utime; ++taken) {
     // A start waits for what comes late; how late that is it learns, should the scenario not say.
@@ -226,7 +231,7 @@ void NavigationSession::on_tick(Utime utime) {
 
 // What waits, in order of time, but not before those that may still come have come.
 void NavigationSession::start_from_waiting(Utime utime) {
-  std::stable_sort(waiting_.begin(), waiting_.end());
+  sort_by_time(waiting_);
   std::size_t done = 0;
   while (!running_ && done < waiting_.size() && waiting_[done].utime <= utime - start_lag_)
     process_starting(NavigationEvent(waiting_[done++]));  // a copy: starting again clears them

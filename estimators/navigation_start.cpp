@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimators/kalman.hpp"
+
 namespace slipstream {
 namespace {
 
@@ -60,7 +62,7 @@ void NavigationStart::begin(const NavigationEvent& fix) {
     J.block<3, 3>(kPosition, kAttitude) = A;
     belief.P = (J * belief.P * J.transpose()).eval();
     belief.P.block<3, 3>(kPosition, kPosition) += m.R;
-    belief.P = (0.5 * (belief.P + belief.P.transpose())).eval();
+    symmetrise(belief.P);
     h.entry.event = fix;
     h.entry.event.measures = false;  // the start has used it up
     h.entry.held = held_;

@@ -132,10 +132,8 @@ std::unique_ptr<NavigationFilter> make_navigation_ukf(const Strapdown& model, co
   if (tuning.ukf_beta < squared_alpha)
     throw Refusal(fmt::format("ukf_beta = {} must be at least ukf_alpha squared, {}: else the covariance may become indefinite",
                               tuning.ukf_beta, squared_alpha));
-  return std::make_unique<NavigationUkf>(
-      model.gravity_mps2, tuning.biases,
-      tuning.orientation_error == "global" ? OrientationError::kGlobal : OrientationError::kLocal,
-      squared_alpha * (n + tuning.ukf_kappa), tuning.ukf_beta - squared_alpha);
+  return std::make_unique<NavigationUkf>(model.gravity_mps2, tuning.biases, orientation_error_of(tuning),
+                                         squared_alpha * (n + tuning.ukf_kappa), tuning.ukf_beta - squared_alpha);
 }
 
 }  // namespace slipstream

@@ -5,7 +5,7 @@
 //   kPoint  h = p + R l          kBodyVelocity  h = R_BS [R' v + (w - b_w) x l]
 //   nis = nu' S^-1 nu
 //
-// The velocity's sum takes every reading where it was taken, at t_k: right for readings that are values at t_k.
+// The velocity's sum takes every reading in the axes of t_k: exact for readings as models/sensors/imu.hpp defines them.
 #pragma once
 
 #include <cmath>

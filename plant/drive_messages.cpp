@@ -36,6 +36,11 @@ Tick DriveMessages::newest_tick() const {
   return newest;
 }
 
+RunDescriptor descriptor_of(const DriveSource& drive, std::int64_t run_id, const std::string& name,
+                            const std::string& scenario_toml, const std::string& clock) {
+  return {{0, 0, run_id}, name, scenario_toml, clock, drive.truth_names(), drive.truth_units()};
+}
+
 Utime publish_whole(DriveSource& drive, const RunDescriptor& descriptor, Sink& sink) {
   sink.publish(descriptor);
   DriveMessages messages(drive.quantities(), descriptor.header.run_id);

@@ -37,6 +37,10 @@ class DriveMessages {
   Reading reading_;
 };
 
+// The first message of a run. `name` identifies the experiment, `scenario_toml` is resolved.
+RunDescriptor descriptor_of(const DriveSource& drive, std::int64_t run_id, const std::string& name,
+                            const std::string& scenario_toml, const std::string& clock);
+
 // The whole drive at once, for a log: the descriptor, every instant with its tick, and the end. Returns the time of the last
 // one.
 Utime publish_whole(DriveSource& drive, const RunDescriptor& descriptor, Sink& sink);

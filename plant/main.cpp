@@ -13,6 +13,7 @@
 #include "io/rejections.hpp"
 #include "io/scenario_reader.hpp"
 #include "plant/conductor.hpp"
+#include "plant/drive_messages.hpp"
 #include "plant/recorded_drive.hpp"
 #include "plant/simulated_drive.hpp"
 
@@ -86,15 +87,10 @@ int run(int argc, char** argv) {
   catch_interrupts();
   Bus bus(url);
   BusStage stage(bus);
-  RunDescriptor descriptor;
   // Unique per start: a restarted plant is a new run.
-  descriptor.header.run_id =
+  const std::int64_t run_id =
       std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
-  descriptor.name = loaded.run_name();
-  descriptor.scenario_toml = loaded.resolved_toml;
-  descriptor.clock = scenario.run.clock;
-  descriptor.truth_names = drive->truth_names();
-  descriptor.truth_units = drive->truth_units();
+  const RunDescriptor descriptor = descriptor_of(*drive, run_id, loaded.run_name(), loaded.resolved_toml, scenario.run.clock);
   Conductor conductor(scenario.run, descriptor, *drive, stage);
   Rejections rejections;
   Handlers handlers;

@@ -85,13 +85,14 @@ class Listener {
     std::vector<std::size_t> states;
     for (std::size_t i = 0; i < track_.states.size(); ++i) {
       const auto found = played.truth.find(track_.states[i]);
-      if (found != played.truth.end() && is_angle_[i])
-        track_.mean[i] = on_turn_of(truth_at_all(played.truth_utime, found->second, track_.utime), track_.mean[i]);
       const bool wanted =
           nees_states_.empty() || std::find(nees_states_.begin(), nees_states_.end(), track_.states[i]) != nees_states_.end();
-      if (found == played.truth.end() || !wanted) continue;
+      if (found == played.truth.end() || !(wanted || is_angle_[i])) continue;
+      std::vector<double> here = truth_at_all(played.truth_utime, found->second, track_.utime);
+      if (is_angle_[i]) track_.mean[i] = on_turn_of(here, track_.mean[i]);
+      if (!wanted) continue;
       states.push_back(i);
-      truth.push_back(truth_at_all(played.truth_utime, found->second, track_.utime));
+      truth.push_back(std::move(here));
     }
     const std::size_t n = track_.states.size();
     for (std::size_t row = 0; row < track_.utime.size(); ++row) {
@@ -148,10 +149,10 @@ class Listener {
       track_.interval_high[i].push_back(usable ? e.interval_high[i] : kNan);
     }
     covariance_.insert(covariance_.end(), e.covariance.begin(), e.covariance.end());
+    track_.step_time_us.push_back(e.step_time_us);
+    if (is_strapdown_) return record_.add(e);  // the record knows the NIS
     track_.nis.push_back(usable && !e.innovation.empty() ? normalised_square(e.innovation, e.innovation_covariance) : kNan);
     track_.nis_dimension.push_back(static_cast<int>(e.innovation.size()));
-    track_.step_time_us.push_back(e.step_time_us);
-    if (is_strapdown_) return record_.add(e);
     std::visit(
         [&]<typename M>(const M& model) {
           Vector<double, M::kStates> x;

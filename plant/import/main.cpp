@@ -15,6 +15,8 @@
 namespace slipstream {
 namespace {
 
+constexpr std::int64_t kRunId = 1;  // the only run of its log; the same files give the same bytes
+
 // The log's own times are those of the run: the time by which everything of an instant has been sent.
 class LogSink final : public Sink {
  public:
@@ -58,16 +60,9 @@ int run(int argc, char** argv) {
     throw Refusal(fmt::format("scenario '{}' is simulated: there is nothing to import without [recorded]", scenario.name));
   RecordedDrive drive(load_recorded(scenario, data_dir), scenario.run.duration_s);
 
-  RunDescriptor descriptor;
-  descriptor.header.run_id = 1;  // the only run of its log; the same files give the same bytes
-  descriptor.name = loaded.run_name();
-  descriptor.scenario_toml = loaded.resolved_toml;
-  descriptor.clock = "free";
-  descriptor.truth_names = drive.truth_names();
-  descriptor.truth_units = drive.truth_units();
   Bus log = Bus::new_log(out);
   LogSink sink(log);
-  const Utime last = publish_whole(drive, descriptor, sink);
+  const Utime last = publish_whole(drive, descriptor_of(drive, kRunId, loaded.run_name(), loaded.resolved_toml, "free"), sink);
   log.complete();
   fmt::print("slipstream-import: {}: {} messages up to {:.3f} s\n", out, sink.messages(), seconds(last));
   return 0;

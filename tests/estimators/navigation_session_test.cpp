@@ -78,32 +78,18 @@ TEST(LateFixes, OutOfOrderIsAsInOrder) {
   const Localised plain = localise_simulated(scenario, "es_ekf", "matched");
   // Every second GNSS fix is held back and sent after its successor.
   std::optional<Reading> held;
-  const auto drive = make_simulated_drive(scenario);
-  Localised swapped;
-  {
-    const auto follower =
-        make_follower("es_ekf", "test", 1, scenario, "matched",
-                      {[&](const Estimate& e) { swapped.estimates.push_back(e); },
-                       [&](const std::string& q, const std::string& r) { ++swapped.complaints[q + ": " + r]; }});
-    std::vector<std::int64_t> seq(drive->quantities().size(), 0);
-    DriveEpoch epoch;
-    while (drive->next(epoch)) {
-      for (const NamedValue& r : epoch.readings) {
-        const auto channel = static_cast<std::size_t>(r.channel);
-        const Reading reading{{r.utime, seq[channel]++, 1}, drive->quantities()[channel], r.value};
-        if (reading.quantity != "gnss") {
-          follower->on_reading(reading);
-        } else if (reading.header.seq % 2 == 1) {
-          held = reading;
-        } else {
-          follower->on_reading(reading);
-          if (held) follower->on_reading(*held);
-          held.reset();
-        }
-      }
-      follower->on_tick(epoch.utime);
+  Delivery delivery;
+  delivery.reading = [&](RunFollower& follower, Reading& reading) {
+    if (reading.quantity != "gnss") return follower.on_reading(reading);
+    if (reading.header.seq % 2 == 1) {
+      held = reading;
+      return;
     }
-  }
+    follower.on_reading(reading);
+    if (held) follower.on_reading(*held);
+    held.reset();
+  };
+  const Localised swapped = localise(scenario, *make_simulated_drive(scenario), "es_ekf", "matched", delivery);
   EXPECT_TRUE(swapped.complaints.empty());
   EXPECT_EQ(swapped.estimates.back().messages_lost, 0);
   // 25 Hz and 6 s: the last fix, at 6.0 s, has an even number, so all have arrived.
@@ -223,28 +209,18 @@ TEST(BadInput, DuplicateStampsAreRefusedAndNamed) {
 
 TEST(BadInput, AMessageThatCameTwiceIsRefused) {
   const Scenario scenario = city({"run.duration_s=2"});
-  const auto drive = make_simulated_drive(scenario);
-  std::map<std::string, int> complaints;
-  std::vector<Estimate> estimates;
-  const auto follower = make_follower("es_ekf", "test", 1, scenario, "matched",
-                                      {[&](const Estimate& e) { estimates.push_back(e); },
-                                       [&](const std::string& q, const std::string& r) { ++complaints[q + ": " + r]; }});
-  std::vector<std::int64_t> seq(drive->quantities().size(), 0);
-  DriveEpoch epoch;
-  while (drive->next(epoch)) {
-    for (const NamedValue& r : epoch.readings) {
-      const auto channel = static_cast<std::size_t>(r.channel);
-      const Reading reading{{r.utime, seq[channel]++, 1}, drive->quantities()[channel], r.value};
-      follower->on_reading(reading);
-      follower->on_reading(reading);
-    }
-    follower->on_tick(epoch.utime);
-  }
+  Delivery delivery;
+  delivery.reading = [](RunFollower& follower, Reading& reading) {
+    follower.on_reading(reading);
+    follower.on_reading(reading);
+  };
+  const Localised twice = localise(scenario, *make_simulated_drive(scenario), "es_ekf", "matched", delivery);
   const Localised once = localise_simulated(scenario, "es_ekf", "matched");
-  EXPECT_EQ(estimates.back().mean, once.estimates.back().mean);
-  EXPECT_EQ(estimates.back().covariance, once.estimates.back().covariance);
-  EXPECT_EQ(estimates.back().messages_lost, 0);
-  for (const auto& [text, count] : complaints) EXPECT_TRUE(text.ends_with("one of the same time is there already")) << text;
+  EXPECT_EQ(twice.estimates.back().mean, once.estimates.back().mean);
+  EXPECT_EQ(twice.estimates.back().covariance, once.estimates.back().covariance);
+  EXPECT_EQ(twice.estimates.back().messages_lost, 0);
+  for (const auto& [text, count] : twice.complaints)
+    EXPECT_TRUE(text.ends_with("one of the same time is there already")) << text;
 }
 
 TEST(BadInput, AnImuThatStopsForTwoSeconds) {
@@ -343,22 +319,14 @@ TEST(BadInput, ASequenceNumberThatJumpsIsSurvived) {
 
 TEST(BadInput, ATickFarAheadIsSurvived) {
   const Scenario scenario = city();
-  const auto drive = make_simulated_drive(scenario);
-  std::vector<Estimate> estimates;
-  const auto follower =
-      make_follower("es_ekf", "test", 1, scenario, "matched", {[&](const Estimate& e) { estimates.push_back(e); }});
-  std::vector<std::int64_t> seq(drive->quantities().size(), 0);
-  DriveEpoch epoch;
-  while (drive->next(epoch)) {
-    for (const NamedValue& r : epoch.readings) {
-      const auto channel = static_cast<std::size_t>(r.channel);
-      follower->on_reading({{r.utime, seq[channel]++, 1}, drive->quantities()[channel], r.value});
-    }
-    follower->on_tick(epoch.utime);
-    if (epoch.utime == 5'000'000) follower->on_tick(Utime{1} << 53);
-  }
-  EXPECT_EQ(estimates.back().status, EstimateStatus::kValid);
-  EXPECT_EQ(estimates.back().header.utime, 20'000'000);
+  Delivery delivery;
+  delivery.tick = [](RunFollower& follower, Utime utime) {
+    follower.on_tick(utime);
+    if (utime == 5'000'000) follower.on_tick(Utime{1} << 53);
+  };
+  const Localised run = localise(scenario, *make_simulated_drive(scenario), "es_ekf", "matched", delivery);
+  EXPECT_EQ(run.estimates.back().status, EstimateStatus::kValid);
+  EXPECT_EQ(run.estimates.back().header.utime, 20'000'000);
 }
 
 // Fixes that come later than the scenario says, or twice, while nothing is known yet.
@@ -366,29 +334,18 @@ TEST(BadInput, LateAndRepeatedFixesDuringAStart) {
   const Scenario honest = city();
   Scenario believed = honest;  // of the estimator: fixes come at once
   believed.gnss->delay_s = believed.lidar->delay_s = 0.0;
-  const auto drive = make_simulated_drive(honest);
-  std::vector<Estimate> estimates;
-  std::map<std::string, int> complaints;
-  const auto follower = make_follower("es_ekf", "test", 1, believed, "fixes",
-                                      {[&](const Estimate& e) { estimates.push_back(e); },
-                                       [&](const std::string& q, const std::string& r) { ++complaints[q + ": " + r]; }});
-  std::vector<std::int64_t> seq(drive->quantities().size(), 0);
-  DriveEpoch epoch;
-  while (drive->next(epoch)) {
-    for (const NamedValue& r : epoch.readings) {
-      const auto channel = static_cast<std::size_t>(r.channel);
-      const Reading reading{{r.utime, seq[channel]++, 1}, drive->quantities()[channel], r.value};
-      follower->on_reading(reading);
-      if (reading.quantity == "gnss") follower->on_reading(reading);
-    }
-    follower->on_tick(epoch.utime);
-  }
-  EXPECT_EQ(estimates.back().status, EstimateStatus::kValid);
-  EXPECT_GT(complaints["gnss: one of the same time is there already"],
+  Delivery delivery;
+  delivery.reading = [](RunFollower& follower, Reading& reading) {
+    follower.on_reading(reading);
+    if (reading.quantity == "gnss") follower.on_reading(reading);
+  };
+  Localised run = localise(believed, *make_simulated_drive(honest), "es_ekf", "fixes", delivery);
+  EXPECT_EQ(run.estimates.back().status, EstimateStatus::kValid);
+  EXPECT_GT(run.complaints["gnss: one of the same time is there already"],
             400);  // 25 Hz, 20 s, but for the first few that came too late
-  EXPECT_LT(
-      complaints["gnss: it comes later than a start waits for"] + complaints["lidar: it comes later than a start waits for"],
-      10);
+  EXPECT_LT(run.complaints["gnss: it comes later than a start waits for"] +
+                run.complaints["lidar: it comes later than a start waits for"],
+            10);
 }
 
 TEST(BadInput, WhoJoinsInTheMiddleStartsFromTheFixes) {

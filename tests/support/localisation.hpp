@@ -115,8 +115,15 @@ struct Localised {
 // May change a reading, and says whether it is sent. Its header's utime is the time of measurement.
 using Tamper = std::function<bool(Reading& reading)>;
 
+// What becomes of a drive's messages on their way; by default they are handed on as they are.
+struct Delivery {
+  std::function<void(RunFollower&, Reading&)> reading = [](RunFollower& follower, Reading& r) { follower.on_reading(r); };
+  std::function<void(RunFollower&, Utime)> tick = [](RunFollower& follower, Utime utime) { follower.on_tick(utime); };
+};
+
+// `scenario` is what the estimator believes of the drive.
 inline Localised localise(const Scenario& scenario, DriveSource& drive, const std::string& algorithm, const std::string& tuning,
-                          const Tamper& tamper = nullptr) {
+                          const Delivery& delivery) {
   Localised result;
   result.truth_names = drive.truth_names();
   const auto follower = make_follower(
@@ -130,12 +137,22 @@ inline Localised localise(const Scenario& scenario, DriveSource& drive, const st
     for (const NamedValue& r : epoch.readings) {
       const auto channel = static_cast<std::size_t>(r.channel);
       Reading reading{{r.utime, seq[channel]++, 1}, drive.quantities()[channel], r.value};
-      if (!tamper || tamper(reading)) follower->on_reading(reading);
+      delivery.reading(*follower, reading);
     }
-    follower->on_tick(epoch.utime);
+    delivery.tick(*follower, epoch.utime);
     if (!epoch.truth.empty()) result.truth[epoch.utime] = epoch.truth;
   }
   return result;
+}
+
+inline Localised localise(const Scenario& scenario, DriveSource& drive, const std::string& algorithm, const std::string& tuning,
+                          const Tamper& tamper = nullptr) {
+  Delivery delivery;
+  if (tamper)
+    delivery.reading = [&](RunFollower& follower, Reading& r) {
+      if (tamper(r)) follower.on_reading(r);
+    };
+  return localise(scenario, drive, algorithm, tuning, delivery);
 }
 
 inline Localised localise_recorded(const Scenario& scenario, const std::string& folder, const std::string& algorithm,
