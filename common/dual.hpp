@@ -70,6 +70,13 @@ struct Dual {
   friend constexpr bool operator==(const Dual& a, const Dual& b) { return a.value == b.value; }
 };
 
+// x inside [low, high], else the end that is nearer.
+inline double clamp(double x, double low, double high) { return x < low ? low : high < x ? high : x; }
+template <typename T, int N>
+Dual<T, N> clamp(const Dual<T, N>& x, double low, double high) {
+  return x < low ? Dual<T, N>(low) : Dual<T, N>(high) < x ? Dual<T, N>(high) : x;
+}
+
 // The plain value underneath any depth of nesting.
 inline double value_of(double x) { return x; }
 template <typename T, int N>
@@ -100,6 +107,12 @@ template <typename T, int N>
 Dual<T, N> cos(const Dual<T, N>& a) {
   using std::cos, std::sin;
   return dual_detail::chain(a, T(cos(a.value)), T(-sin(a.value)));
+}
+template <typename T, int N>
+Dual<T, N> tan(const Dual<T, N>& a) {
+  using std::tan;
+  const T t = tan(a.value);
+  return dual_detail::chain(a, t, T(T(1.0) + t * t));
 }
 template <typename T, int N>
 Dual<T, N> atan(const Dual<T, N>& a) {

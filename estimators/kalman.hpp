@@ -12,53 +12,12 @@
 #pragma once
 
 #include <Eigen/Dense>
-#include <algorithm>
-#include <cmath>
 
 #include "common/check.hpp"
-#include "common/jacobian.hpp"
-#include "common/rk4.hpp"
 #include "estimators/belief.hpp"
+#include "models/transition.hpp"
 
 namespace slipstream {
-
-// How many Runge-Kutta steps the way from x over dt needs: stable up to 2.78 over the fastest rate, 2 to keep some distance.
-template <ProcessModel M>
-int transition_steps(const M& model, const Vector<double, M::kStates>& x, double dt_s) {
-  constexpr double kMostSteps = 10000.0;
-  const double times_rate = 0.5 * dt_s * model.fastest_rate_hz(x);
-  return times_rate <= 1.0 ? 1 : static_cast<int>(std::min(std::ceil(times_rate), kMostSteps));
-}
-
-template <ProcessModel M, typename T>
-Vector<T, M::kStates> single_transition(const M& model, const Vector<T, M::kStates>& x, const Vector<double, M::kInputs>& u,
-                                        double dt_s) {
-  return rk4_step([&](const Vector<T, M::kStates>& s) { return model.derivative(s, u); }, x, dt_s);
-}
-
-// x+ = f(x, u, dt) for any scalar.
-template <ProcessModel M, typename T>
-Vector<T, M::kStates> transition(const M& model, Vector<T, M::kStates> x, const Vector<double, M::kInputs>& u, double dt_s) {
-  Vector<double, M::kStates> at;
-  for (int i = 0; i < M::kStates; ++i) at[i] = value_of(x[i]);
-  const int steps = transition_steps(model, at, dt_s);
-  for (int i = 0; i < steps; ++i) x = single_transition(model, x, u, dt_s / steps);
-  return x;
-}
-
-// x+ and F = df/dx. The usual single step is a path of its own: it is what a filter does a million times.
-template <ProcessModel M>
-[[gnu::noinline]] void divided_transition(const M& model, const Vector<double, M::kStates>& x,
-                                          const Vector<double, M::kInputs>& u, double dt_s, Vector<double, M::kStates>& to,
-                                          Matrix<double, M::kStates>& f) {
-  value_and_jacobian<M::kStates>([&](const auto& s) { return transition(model, s, u, dt_s); }, x, to, f);
-}
-template <ProcessModel M>
-void transition_and_jacobian(const M& model, const Vector<double, M::kStates>& x, const Vector<double, M::kInputs>& u,
-                             double dt_s, Vector<double, M::kStates>& to, Matrix<double, M::kStates>& f) {
-  if (transition_steps(model, x, dt_s) > 1) return divided_transition(model, x, u, dt_s, to, f);
-  value_and_jacobian<M::kStates>([&](const auto& s) { return single_transition(model, s, u, dt_s); }, x, to, f);
-}
 
 template <int N>
 bool is_positive_definite(const Matrix<double, N>& p) {

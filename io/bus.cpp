@@ -74,6 +74,9 @@ constexpr std::array kReadingChannels{
     scalar<slipstream::motor_current, &slipstream::motor_current::motor_current_a>("SENSOR_MOTOR_CURRENT", "motor_current_a"),
     scalar<slipstream::forward_speed, &slipstream::forward_speed::forward_speed_mps>("SENSOR_FORWARD_SPEED",
                                                                                      "forward_speed_mps"),
+    scalar<slipstream::east_position, &slipstream::east_position::east_m>("SENSOR_EAST_POSITION", "east_m"),
+    scalar<slipstream::north_position, &slipstream::north_position::north_m>("SENSOR_NORTH_POSITION", "north_m"),
+    scalar<slipstream::accelerator, &slipstream::accelerator::accelerator>("ACCELERATOR", "accelerator"),
     reading<slipstream::imu,
             [](slipstream::imu& m) {
               return std::array{&m.f_mps2[0], &m.f_mps2[1], &m.f_mps2[2], &m.w_radps[0], &m.w_radps[1], &m.w_radps[2]};

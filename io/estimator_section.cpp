@@ -101,7 +101,7 @@ void read_tuning(TomlTable& t, Tuning& tuning, const ModelNames& names, const An
   using Names = std::vector<std::string>;
   t.only({"measurement_noise", "measurement_variance", "process_noise", "process_variance", "start", "initial_mean",
           "initial_variance", "mhe_form", "mhe_window", "arrival_weight", "measurement_weight", "pf_particles",
-          "pf_resample_below", "pf_recover", "model"});
+          "pf_resample_below", "pf_resampling", "pf_recover", "ukf_alpha", "ukf_beta", "ukf_kappa", "ukf_redraw", "model"});
   t.choice("measurement_noise", tuning.measurement_noise, {"sensors", "given"});
   t.numbers("measurement_variance", tuning.measurement_variance, names.outputs,
             tuning.measurement_noise == "given" ? names.measured : Names{}, positive());
@@ -120,8 +120,16 @@ void read_tuning(TomlTable& t, Tuning& tuning, const ModelNames& names, const An
   t.numbers("arrival_weight", tuning.arrival_weight, names.states, single ? names.states : Names{}, non_negative());
   t.numbers("measurement_weight", tuning.measurement_weight, names.outputs, single ? names.measured : Names{}, non_negative());
 
+  t.number("ukf_alpha", tuning.ukf_alpha, Range{0.0, 10.0, true});
+  t.number("ukf_beta", tuning.ukf_beta, between(0.0, 100.0));
+  t.number("ukf_kappa", tuning.ukf_kappa, between(-100.0, 100.0));
+  if (!(tuning.ukf_kappa > -static_cast<double>(names.states.size())))
+    t.refuse("ukf_kappa", "expected a number above minus the model's " + std::to_string(names.states.size()) + " states");
+  t.flag("ukf_redraw", tuning.ukf_redraw);
+
   t.integer("pf_particles", tuning.pf_particles, 1, 1000000);
   t.number("pf_resample_below", tuning.pf_resample_below, {0.0, 1.0, true});
+  t.choice("pf_resampling", tuning.pf_resampling, {"systematic", "stratified", "residual"});
   t.flag("pf_recover", tuning.pf_recover);
 
   if (!t.has("model")) return;

@@ -49,11 +49,37 @@ void read_run(TomlTable& t, RunConfig& run, bool recorded) {
   t.number("deadline_s", run.deadline_s, between(0.0, 3600.0));
 }
 
-void read_plant(TomlTable& t, PlantConfig& plant) {
+// The states of the vehicle that can be disturbed.
+std::vector<std::string> state_names(const AnyVehicle& vehicle) {
+  return std::visit(
+      []<typename V>(const V&) {
+        std::vector<std::string> names;
+        if constexpr (requires { V::kStateNames; })
+          for (const std::string_view name : V::kStateNames)
+            if (!name.empty()) names.emplace_back(name);
+        return names;
+      },
+      vehicle);
+}
+
+void read_plant(TomlTable& t, PlantConfig& plant, bool has_imu) {
   t.number("input_rate_hz", plant.input_rate_hz, kRate);
   t.number("truth_rate_hz", plant.truth_rate_hz, kRate);
   t.number("relative_tolerance", plant.relative_tolerance, between(1e-14, 1e-2));
   t.number("absolute_tolerance", plant.absolute_tolerance, between(1e-16, 1e-2));
+  t.number("process_noise_rate_hz", plant.process_noise_rate_hz, between(0.0, kRate.max));
+  const std::vector<std::string> states = state_names(plant.vehicle);
+  for (const char* key : {"process_noise", "start_deviation"})
+    if (t.has(key) && states.empty())
+      t.refuse(key, "the vehicle '" + std::visit([](const auto& v) { return std::string(v.kName); }, plant.vehicle) +
+                        "' has no states that can be disturbed");
+  t.numbers("process_noise", plant.process_noise, states, {}, non_negative());
+  t.numbers("start_deviation", plant.start_deviation, states, {}, non_negative());
+  if (plant.process_noise.empty() != (plant.process_noise_rate_hz == 0.0))
+    t.refuse("process_noise_rate_hz", "process_noise and a rate above 0 belong together");
+  if (has_imu && !(plant.process_noise.empty() && plant.start_deviation.empty()))
+    t.refuse(plant.process_noise.empty() ? "start_deviation" : "process_noise",
+             "an IMU measures exact derivatives of the motion: [sensor.imu] goes with an undisturbed vehicle only");
 }
 
 void read_vehicle(TomlTable& t, AnyVehicle& vehicle, const std::string& source) {
@@ -312,8 +338,10 @@ LoadedScenario resolve(const TomlDocument& document, const std::string& source) 
     root.text("description", s.description, kAnyText);
     root.table("run", [&](TomlTable& t) { read_run(t, s.run, recorded); });
     if (simulated) {
-      root.table("plant", [&](TomlTable& t) { read_plant(t, s.plant); });
       root.table("vehicle", [&](TomlTable& t) { read_vehicle(t, s.plant.vehicle, source); });
+      const std::vector<std::string> mounted = root.keys_of("sensor");
+      const bool has_imu = std::find(mounted.begin(), mounted.end(), kImu) != mounted.end();
+      root.table("plant", [&](TomlTable& t) { read_plant(t, s.plant, has_imu); });
     }
     if (root.has("world")) root.table("world", [&](TomlTable& t) { s.world.visit_parameters(s.world, t); });
     root.table("sensor", [&](TomlTable& t) {

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <algorithm>
+#include <slipstream/accelerator.hpp>
 #include <slipstream/accelerometer.hpp>
 #include <slipstream/announcement.hpp>
 #include <slipstream/control.hpp>
 #include <slipstream/drive_torque.hpp>
+#include <slipstream/east_position.hpp>
 #include <slipstream/estimate.hpp>
 #include <slipstream/forward_speed.hpp>
 #include <slipstream/gnss.hpp>
@@ -13,6 +15,7 @@
 #include <slipstream/lateral_accelerometer.hpp>
 #include <slipstream/lidar.hpp>
 #include <slipstream/motor_current.hpp>
+#include <slipstream/north_position.hpp>
 #include <slipstream/progress.hpp>
 #include <slipstream/run_descriptor.hpp>
 #include <slipstream/steering_angle.hpp>

@@ -5,8 +5,10 @@
 
 #include "models/processes/lateral_bicycle.hpp"
 #include "models/processes/longitudinal_friction.hpp"
+#include "models/processes/point_mass_motion.hpp"
 #include "models/processes/wheel_friction.hpp"
 #include "models/vehicles/bicycle.hpp"
+#include "models/vehicles/point_mass.hpp"
 #include "models/vehicles/road_car.hpp"
 #include "models/vehicles/suspended_wheel.hpp"
 #include "models/vehicles/torque_car.hpp"
@@ -14,7 +16,7 @@
 
 namespace slipstream {
 
-using AnyVehicle = std::variant<Unimog, TorqueCar, SuspendedWheel, Bicycle, RoadCar>;
-using AnyProcess = std::variant<LongitudinalFriction, WheelFriction, LateralBicycle>;
+using AnyVehicle = std::variant<Unimog, TorqueCar, SuspendedWheel, Bicycle, RoadCar, PointMass>;
+using AnyProcess = std::variant<LongitudinalFriction, WheelFriction, LateralBicycle, PointMassMotion>;
 
 }  // namespace slipstream

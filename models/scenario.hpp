@@ -42,6 +42,11 @@ struct PlantConfig {
   double truth_rate_hz = 100.0;
   double relative_tolerance = 1e-8;
   double absolute_tolerance = 1e-10;
+  // A stochastic plant: at k / process_noise_rate_hz, k = 1, 2 ..., each of these states is pushed by a normal deviate of this
+  // standard deviation, before anything is measured there; 0: never. A start is drawn likewise. Keyed by the vehicle's state names.
+  double process_noise_rate_hz = 0.0;
+  std::map<std::string, double> process_noise;
+  std::map<std::string, double> start_deviation;
 };
 
 // One column of a recorded drive.
@@ -112,8 +117,15 @@ struct Tuning {
 
   StrapdownTuning strapdown;  // of a strapdown model, which reads nothing else of this struct
 
-  // Particle filter
+  // Unscented filters: spread, prior knowledge of the kurtosis (2: Gaussian) and secondary spread of the scaled sigma points
+  double ukf_alpha = 1.0;
+  double ukf_beta = 2.0;
+  double ukf_kappa = 0.0;
+  bool ukf_redraw = true;  // sigma points anew after the prediction; false uses those that were predicted, without Q's share
+
+  // Particle filters
   int pf_particles = 1000;         // N
+  std::string pf_resampling = "systematic";  // or "stratified", "residual"
   bool pf_recover = true;          // draw a set that has lost the state anew
   double pf_resample_below = 0.5;  // resample when the effective number of particles is below this fraction of N; 1: always
 };

@@ -13,6 +13,9 @@
 
 namespace slipstream {
 
+// A vehicle may name its states, for those who disturb them (plant.process_noise): kStateNames, an array of kStates texts, empty
+// for a state that is a clock.
+
 struct Quantity {
   std::string_view name;  // with the unit as suffix
   std::string_view unit;  // for axes

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <deque>
 #include <functional>
+#include <map>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -78,6 +79,29 @@ struct Receiver {
   OnTheWay on_the_way{sensor.delay_s};
 };
 
+// What pushes a stochastic plant (models/scenario.hpp, process_noise).
+template <Vehicle V>
+struct Disturbance {
+  using State = Vector<double, V::kStates>;
+
+  Disturbance(const std::map<std::string, double>& by_name, std::uint64_t seed, std::string_view stream)
+      : random(seed, 0, stream) {
+    if constexpr (requires { V::kStateNames; })
+      for (std::size_t i = 0; i < V::kStateNames.size(); ++i)
+        if (const auto found = by_name.find(std::string(V::kStateNames[i])); found != by_name.end())
+          deviation[static_cast<Eigen::Index>(i)] = found->second;
+  }
+  State draw() {
+    State by = State::Zero();
+    for (int i = 0; i < V::kStates; ++i)
+      if (deviation[i] > 0.0) by[i] = deviation[i] * random.normal();
+    return by;
+  }
+
+  State deviation = State::Zero();
+  RandomStream random;
+};
+
 bool has_mounted_sensors(const Scenario& scenario) { return scenario.imu || scenario.gnss || scenario.lidar; }
 
 template <Vehicle V>
@@ -87,7 +111,14 @@ class SimulatedDrive final : public DriveSource {
       : simulation_(vehicle, tolerances(scenario)),
         input_(scenario.plant.input_rate_hz),
         truth_(scenario.plant.truth_rate_hz),
+        disturbance_(scenario.plant.process_noise, scenario.run.seed, "plant.process_noise"),
         end_(to_utime(scenario.run.duration_s)) {
+    if (!scenario.plant.process_noise.empty()) {
+      disturbed_.emplace(scenario.plant.process_noise_rate_hz);
+      disturbed_->pass();  // from the first period's end
+    }
+    if (!scenario.plant.start_deviation.empty())
+      simulation_.push(Disturbance<V>(scenario.plant.start_deviation, scenario.run.seed, "plant.start").draw());
     for (const Quantity& q : V::kTruth) {
       truth_names_.emplace_back(q.name);
       truth_units_.emplace_back(q.unit);
@@ -172,8 +203,13 @@ class SimulatedDrive final : public DriveSource {
     for (const Sensor& s : sensors_) now = std::min({now, s.schedule.next(), s.on_the_way.next()});
     if (inertial_) now = std::min(now, inertial_->schedule.next());
     for (const Receiver& r : receivers_) now = std::min({now, r.schedule.next(), r.on_the_way.next()});
+    if (disturbed_) now = std::min(now, disturbed_->next());
     if (now > end_) return false;
     simulation_.advance(seconds(now));
+    if (disturbed_ && disturbed_->next() == now) {
+      disturbed_->pass();
+      simulation_.push(disturbance_.draw());
+    }
     const auto truth = simulation_.vehicle().truth(simulation_.state(), simulation_.mode());
 
     epoch.utime = now;
@@ -227,6 +263,8 @@ class SimulatedDrive final : public DriveSource {
 
   Simulation simulation_;
   Schedule input_, truth_;
+  Disturbance<V> disturbance_;
+  std::optional<Schedule> disturbed_;
   Utime end_;
   std::vector<Sensor> sensors_;
   std::optional<Inertial> inertial_;

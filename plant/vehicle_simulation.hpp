@@ -35,6 +35,12 @@ class VehicleSimulation {
     }
   }
 
+  // Adds to the state, now.
+  void push(const State& by) {
+    const State x = state() + by;
+    integrator_.restart(as_span(x));
+  }
+
   double time_s() const { return integrator_.time_s(); }
   State state() const { return Eigen::Map<const State>(integrator_.state().data()); }
   const Mode& mode() const { return mode_; }

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "reproduce/bench.hpp"
+#include "studies/play.hpp"
 #include "reproduce/experiment.hpp"
 
 namespace slipstream {

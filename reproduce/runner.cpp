@@ -15,7 +15,7 @@
 #include <cstring>
 
 #include "common/refusal.hpp"
-#include "reproduce/bench.hpp"
+#include "studies/play.hpp"
 #include "reproduce/files.hpp"
 
 namespace slipstream {

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "common/dual.hpp"
+#include "common/pack.hpp"
 #include "models/parts/quarter_car.hpp"
 
 namespace slipstream {
@@ -25,10 +26,7 @@ struct DrivenWheel {
   // sgn(w): +-1 outside the standstill range, (3 s - s^3)/2 with s = w/eps inside.
   template <typename T>
   T rolling_direction(const T& w) const {
-    const double inside = value_of(w) / standstill_eps_radps;
-    if (inside >= 1.0) return T(1.0);
-    if (inside <= -1.0) return T(-1.0);
-    const T s = (1.0 / standstill_eps_radps) * w;
+    const T s = clamp((1.0 / standstill_eps_radps) * w, -1.0, 1.0);
     return 0.5 * s * (3.0 - s * s);
   }
 

@@ -22,6 +22,8 @@ struct Bicycle {
   static constexpr std::string_view kName = "bicycle";
   static constexpr int kStates = 6;
   static constexpr int kEvents = 1;
+  static constexpr std::array<std::string_view, kStates> kStateNames{
+      "lateral_speed_mps", "yaw_rate_radps", "heading_rad", "x_m", "y_m", ""};
   static constexpr std::array<Crossing, kEvents> kCrossings{Crossing::kRising};
   static constexpr std::array<Quantity, 11> kTruth{{{"lateral_speed_mps", "m/s"},
                                                     {"yaw_rate_radps", "rad/s"},

@@ -23,6 +23,7 @@ struct SuspendedWheel {
   static constexpr std::string_view kName = "suspended_wheel";
   static constexpr int kStates = 2;
   static constexpr int kEvents = 1;
+  static constexpr std::array<std::string_view, kStates> kStateNames{"wheel_speed_radps", ""};
   static constexpr std::array<Crossing, kEvents> kCrossings{Crossing::kRising};
   static constexpr std::array<Quantity, 3> kTruth{
       {{"wheel_speed_radps", "rad/s"}, {"motor_current_a", "A"}, {"drive_torque_nm", "N m"}}};

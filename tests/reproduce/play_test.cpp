@@ -1,6 +1,6 @@
 // Scenarios played in process with a strapdown filter: what comes out fits the drive, angles go the short way round, readings
 // can be lost or spoilt on their way.
-#include "reproduce/bench.hpp"
+#include "studies/play.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "reproduce/bench.hpp"
+#include "studies/play.hpp"
 
 #include <algorithm>
 #include <cmath>
