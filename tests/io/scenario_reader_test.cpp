@@ -12,7 +12,8 @@ namespace slipstream {
 namespace {
 
 const std::string kVehicles =
-    "one of \"unimog\", \"quarter_car\", \"suspended_wheel\", \"bicycle\", \"road_car\"";  // models/registry.hpp
+    "one of \"unimog\", \"quarter_car\", \"suspended_wheel\", \"bicycle\", \"road_car\", "
+    "\"point_mass\"";  // models/registry.hpp
 
 // Lines are counted in the tests below: [sensor.wheel_speed] is line 5, [tuning.matched] line 12.
 const std::string kMinimal = R"(name = "minimal"
@@ -479,7 +480,7 @@ TEST(ScenarioReader, RefusesWhatIsMissing) {
   EXPECT_EQ(
       refused_with("[sensor.wheel_speed]\nrate_hz = 50", ""),
       "s.toml: sensor: no sensor; expected one of wheel_speed, accelerometer, yaw_rate, lateral_accelerometer, motor_current, "
-      "forward_speed, imu, gnss, lidar");
+      "forward_speed, east_position, north_position, imu, gnss, lidar");
   EXPECT_EQ(refused(kMinimal.substr(0, kMinimal.find("[tuning"))), "s.toml: tuning: expected at least one table [tuning.NAME]");
   EXPECT_EQ(refused_with(", friction = 5e-3", ""), "s.toml:13:20: missing key 'friction' in [tuning.matched.process_variance]");
   EXPECT_EQ(refused_with("process_variance", "#"),
@@ -579,6 +580,27 @@ TEST(ScenarioReader, RefusesMountedSensorsThatCannotBe) {
             "s.toml:7:17: vehicle.speed_mps: found -5, expected a number from 0 to 200");
   EXPECT_EQ(with("[sensor.imu]\nrate_hz = 200\nposition_m = [0.1, 0.2, 0.3]\n", ""),
             "s.toml:17:8: estimator.model.type: the model 'strapdown' needs an IMU: there is no [sensor.imu]");
+}
+
+TEST(ScenarioReader, RefusesDisturbancesThatCannotBe) {
+  const auto with = [](const std::string& vehicle, const std::string& plant) {
+    return refused("name = \"x\"\n[vehicle]\ntype = \"" + vehicle + "\"\n[plant]\n" + plant + "\n");
+  };
+  EXPECT_EQ(with("point_mass", "process_noise = { east = 1.0 }"),
+            "s.toml:5:19: unknown key 'east' in [plant.process_noise]; did you mean 'east_m'?");
+  EXPECT_EQ(with("point_mass", "process_noise_rate_hz = 10.0\nprocess_noise = { east_m = -1.0 }"),
+            "s.toml:6:28: plant.process_noise.east_m: found -1, expected a number of at least 0");
+  EXPECT_EQ(with("point_mass", "process_noise = { east_m = 1.0 }"),
+            "s.toml:4:1: plant.process_noise_rate_hz: process_noise and a rate above 0 belong together");
+  EXPECT_EQ(with("point_mass", "process_noise_rate_hz = 10.0"),
+            "s.toml:5:25: plant.process_noise_rate_hz: process_noise and a rate above 0 belong together");
+  EXPECT_EQ(with("unimog", "start_deviation = { speed_mps = 1.0 }"),
+            "s.toml:5:19: plant.start_deviation: the vehicle 'unimog' has no states that can be disturbed");
+  EXPECT_EQ(
+      refused(replaced(kStrapdown, "type = \"road_car\"\nspeed_time_s = [0, 2]\nspeed_mps = [0, 5]\ncurvature_distance_m = []",
+                       "type = \"point_mass\"\n[plant]\nstart_deviation = { speed_mps = 1.0 }")),
+      "s.toml:7:19: plant.start_deviation: an IMU measures exact derivatives of the motion: [sensor.imu] goes with an "
+      "undisturbed vehicle only");
 }
 
 TEST(ScenarioReader, RefusesStrapdownTuningsThatMakeNoSense) {

@@ -80,7 +80,7 @@ TEST(Doors, Scenarios) {
        ":3:10: estimator.tuning: found \"best\", expected one of \"document\", \"matched\""},
       {"[sensor.gyro]\nrate_hz = 1\n",
        ":2:9: unknown key 'gyro' in [sensor]; expected one of wheel_speed, accelerometer, yaw_rate, lateral_accelerometer, "
-       "motor_current, forward_speed, imu, gnss, lidar"},
+       "motor_current, forward_speed, east_position, north_position, imu, gnss, lidar"},
       {"[run\n", ":2:5: syntax error: Error while parsing table header: expected ']', saw '\\n'"},
   };
   for (const auto& file : files) {
