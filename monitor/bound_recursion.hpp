@@ -162,6 +162,7 @@ Bound trajectory_bound(const BoundProblem<M>& problem, const TrueRun& run) {
       const Vector<double, n> h_x = H.row(output).transpose();
       recursion.measure(h_x, R, 2.0 * noise.relative * noise.relative * h[output] * h_x);
     }
+    if (!recursion.covariance().allFinite()) return fmt::format("it is not finite at {:g} s", seconds(now));
     series.utime.push_back(now);
     for (int i = 0; i < n; ++i) series.variance[static_cast<std::size_t>(i)].push_back(recursion.covariance()(i, i));
   }
