@@ -102,7 +102,9 @@ Json estimator(const EstimatorScore& s) {
                           {"r2", number(state.score.r2)},
                           {"max_abs_error", number(state.score.max_abs_error)},
                           {"max_abs_error_at_s", number(state.max_error_s)},
-                          {"samples", state.score.samples}};
+                          {"samples", state.score.samples},
+                          {"rmse_bound", number(state.bound.rmse_bound)},
+                          {"efficiency", number(state.bound.efficiency)}};
   Json sensors = Json::object();
   for (const SensorScore& sensor : s.sensors)
     sensors[sensor.sensor] = {{"nis_mean", number(sensor.nis.mean)},
@@ -151,6 +153,17 @@ Json estimator(const EstimatorScore& s) {
             {"deadline_misses", s.step_times.deadline_misses}};
   if (r.name_conflict) j["name_conflict"] = true;
   return j;
+}
+
+Json bound(const Bound& b) {
+  const auto* series = std::get_if<BoundSeries>(&b);
+  Json states = Json::object();
+  for (std::size_t i = 0; series && i < series->states.size(); ++i) {
+    double sum = 0.0;
+    for (const double variance : series->variance[i]) sum += variance;
+    states[series->states[i]] = {{"rmse_bound", number(std::sqrt(sum / static_cast<double>(series->utime.size())))}};
+  }
+  return {{"applies", series != nullptr}, {"why_not", series ? Json(nullptr) : Json(std::get<std::string>(b))}, {"states", states}};
 }
 
 }  // namespace
@@ -234,7 +247,7 @@ std::string scores_json(const Results& results) {
                 {"log_events", results.times.log_events}}}};
   Json estimators = Json::object();
   for (const EstimatorScore& s : results.board.estimators) estimators[s.name] = estimator(s);
-  const Json file = {{"run", run}, {"estimators", estimators}};
+  const Json file = {{"run", run}, {"bound", bound(results.board.bound)}, {"estimators", estimators}};
   return file.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -122,6 +122,7 @@ std::string scoreboard_text(const Results& results, std::size_t width) {
   for (const Table& table : {accuracy_table(results), consistency_table(results), sensor_table(results), timing_table(results),
                              delivery_table(results)})
     text += "\n" + table.title + "\n" + to_text(table, width);
+  if (const std::string none = no_bound_text(results.board); !none.empty()) text += "\n" + wrapped(none, width, 2) + "\n";
   std::string warnings;
   for (const std::string& line : warning_lines(results.board)) warnings += wrapped(line, width, 2) + "\n";
   if (!warnings.empty()) text += "\nWarnings\n" + warnings;

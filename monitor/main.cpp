@@ -49,6 +49,7 @@ RunInfo describe(const RunDescriptor& descriptor) {
   info.scenario = scenario.name;
   info.description = scenario.description;
   info.scenario_toml = loaded.resolved_toml;
+  info.setup = std::make_shared<const Scenario>(scenario);
   info.seed = scenario.run.seed;
   if (scenario.run.duration_s > 0.0) info.duration_s = scenario.run.duration_s;  // of a recorded drive 0 is all of it
   info.deadline_s = scenario.run.deadline_s;

@@ -84,6 +84,12 @@ class Page {
         "<p>Angles are in degrees here, in rad in the files. R2 = 1 - sum (estimate - truth)&#178; / sum (truth - mean of "
         "truth)&#178;: 1 is perfect. Largest error: absolute, "
         "with its time.</p>\n";
+    if (const std::string none = no_bound_text(results_.board); !none.empty())
+      out_ += fmt::format("<p>{}</p>\n", html_escape(none));
+    else
+      out_ +=
+          "<p>Efficiency: the posterior Cramer-Rao bound over the mean squared error, both summed over the scored instants. 1 is the "
+          "best that an estimator can do on the average of many runs; on a single run, as here, it scatters and may exceed 1.</p>\n";
     table(consistency_table(results_));
     out_ +=
         "<p>NEES and NIS are the means of the squared error and innovation, each normalised by the covariance that the "

@@ -9,6 +9,7 @@
 
 #include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -18,7 +19,9 @@
 
 namespace slipstream {
 
-// About the experiment, from its scenario: main.cpp fills it, because this room does not know scenarios.
+struct Scenario;
+
+// About the experiment, from its scenario, which only main.cpp can read.
 struct RunInfo {
   std::int64_t run_id = 0;
   std::string name;      // RunDescriptor::name
@@ -26,6 +29,7 @@ struct RunInfo {
   std::string scenario;  // name; empty: the scenario could not be read
   std::string description;
   std::string scenario_toml;  // resolved
+  std::shared_ptr<const Scenario> setup;  // what it says; null: the scenario could not be read
   std::optional<std::uint64_t> seed;
   std::optional<double> duration_s;
   std::optional<double> noise_percent;                     // if every sensor has this and no absolute noise

@@ -34,18 +34,38 @@ SensorScore score_sensor(const std::string& name, const SensorRecord& r) {
   return {name, score_consistency(used, r.dimension), std::ssize(r.nis), std::count(r.gated.begin(), r.gated.end(), 1)};
 }
 
-EstimatorScore score_estimator(const RunRecord& run, const std::string& name, const EstimatorRecord& r) {
+Bound bound_of(const RunRecord& run) {
+  if (!run.info().setup) return std::string("the scenario is not known");
+  return posterior_bound(*run.info().setup,
+                         {run.truth().utime, [&run](const std::string& name) { return run.truth_column(name); }});
+}
+
+// The bound of a state at an estimator's instants; NaN where it is not known.
+std::vector<double> bound_at(const Bound& bound, const std::string& state, const std::vector<Utime>& at) {
+  std::vector<double> result(at.size(), kNan);
+  const auto* series = std::get_if<BoundSeries>(&bound);
+  const std::vector<double>* variance = series ? series->of(state) : nullptr;
+  if (!variance) return result;
+  for (std::size_t row = 0, k = 0; row < at.size(); ++row) {
+    while (k < series->utime.size() && series->utime[k] < at[row]) ++k;
+    if (k < series->utime.size() && series->utime[k] == at[row]) result[row] = (*variance)[k];
+  }
+  return result;
+}
+
+EstimatorScore score_estimator(const RunRecord& run, const Bound& bound, const std::string& name, const EstimatorRecord& r) {
   EstimatorScore s;
   s.name = name;
   s.record = &r;
   std::vector<std::size_t> known;
   for (std::size_t i = 0; i < r.state_names.size(); ++i) {
     const std::vector<double> none(r.utime.size(), kNan);
-    StateColumn state{r.state_names[i], r.state_units[i], {}, kNan, none, r.states > 0 ? r.mean[i] : none};
+    StateColumn state{r.state_names[i], r.state_units[i], {}, kNan, none, r.states > 0 ? r.mean[i] : none, {kNan, kNan}};
     if (const std::vector<double>* truth = run.truth_column(state.name))
       state.truth = truth_at_all(run.truth().utime, *truth, r.utime);
     if (is_angle(state.unit)) state.estimate = on_turn_of(state.truth, state.estimate);
     state.score = score_state(state.truth, state.estimate);
+    state.bound = score_bound(state.truth, state.estimate, bound_at(bound, state.name, r.utime));
     if (state.score.samples > 0) {
       state.max_error_s = seconds(r.utime[state.score.max_index]);
       known.push_back(i);
@@ -79,8 +99,9 @@ EstimatorScore score_estimator(const RunRecord& run, const std::string& name, co
 Scoreboard score_run(const RunRecord& record) {
   Scoreboard board;
   board.complete = record.complete();
+  board.bound = bound_of(record);
   for (const auto& [name, estimator] : record.estimators())
-    board.estimators.push_back(score_estimator(record, name, estimator));
+    board.estimators.push_back(score_estimator(record, board.bound, name, estimator));
   return board;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "monitor/bound.hpp"
 #include "monitor/diagnosis.hpp"
 #include "monitor/run_record.hpp"
 #include "monitor/scores.hpp"
@@ -19,6 +20,7 @@ struct StateColumn {
   double max_error_s;            // simulation time of the largest error
   std::vector<double> truth;     // at the estimator's instants; NaN: not known
   std::vector<double> estimate;  // as published, but an angle on the turn of its truth
+  BoundScore bound;              // NaN where there is none
 };
 
 struct SensorScore {
@@ -44,6 +46,7 @@ struct EstimatorScore {
 
 struct Scoreboard {
   bool complete = false;                   // the whole drive was played and its end seen
+  Bound bound;                             // of this run
   std::vector<EstimatorScore> estimators;  // by name
 };
 

@@ -67,6 +67,19 @@ StateScore score_state(std::span<const double> truth, std::span<const double> es
   return score;
 }
 
+BoundScore score_bound(std::span<const double> truth, std::span<const double> estimate, std::span<const double> bound) {
+  SLIPSTREAM_CHECK(truth.size() == estimate.size() && truth.size() == bound.size());
+  double n = 0.0, squares = 0.0, variances = 0.0;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const double e = estimate[i] - truth[i];
+    if (!std::isfinite(e) || !std::isfinite(bound[i])) continue;
+    n += 1.0;
+    squares += e * e;
+    variances += bound[i];
+  }
+  return {n > 0.0 ? std::sqrt(variances / n) : kNan, squares > 0.0 ? variances / squares : kNan};
+}
+
 double normalised_square(std::span<const double> e, std::span<const double> S) {
   SLIPSTREAM_CHECK(S.size() == e.size() * e.size());
   if (e.empty()) return kNan;

@@ -39,6 +39,15 @@ struct StateScore {
 };
 StateScore score_state(std::span<const double> truth, std::span<const double> estimate);
 
+// Over the n samples where truth y, estimate x and the bound's variance b (bound.hpp) are known, e = x - y:
+//   rmse_bound = sqrt(1/n sum b),  efficiency = sum b / sum e^2;  NaN if sum e^2 = 0
+// Efficiency: 1 is best, on the average of many runs; that of a single run scatters around its mean and may exceed 1.
+struct BoundScore {
+  double rmse_bound;
+  double efficiency;
+};
+BoundScore score_bound(std::span<const double> truth, std::span<const double> estimate, std::span<const double> bound);
+
 // q = e' S^-1 e by Cholesky, S row-major and symmetric; NaN if S is not positive definite or anything is not finite.
 //   NEES (normalised estimation error squared): e = estimate - truth, S = P, the estimate's covariance
 //   NIS (normalised innovation squared): e = measurement - prediction, S = the innovation's covariance

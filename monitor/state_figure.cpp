@@ -1,5 +1,6 @@
-// The figures of states: truth, measurements and estimates, and errors, each with its claimed 3-sigma band. One state with its
-// errors below, or several that belong together. Angles are on the turn of their truth, so that no curve jumps.
+// The figures of states: truth, measurements and estimates, and errors, each with its claimed 3-sigma band and, where there is one,
+// the bound. One state with its errors below, or several that belong together. Angles are on the turn of their truth, so that no
+// curve jumps.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -51,9 +52,26 @@ std::vector<Entry> entries_of(const FigureContext& context, const std::string& n
   return entries;
 }
 
-// Returns the entries of the legend.
-std::size_t value_panel(const FigureContext& context, const std::string& name, const std::vector<Entry>& entries, int height_px,
-                        PlotScript& plot) {
+// The square root of the bound on a state, in the shown unit; empty if there is none.
+struct BoundCurve {
+  std::vector<Utime> utime;
+  std::vector<double> sigma;
+};
+BoundCurve bound_of(const FigureContext& context, const std::string& name) {
+  const auto* series = std::get_if<BoundSeries>(&context.board.bound);
+  const std::vector<double>* variance = series ? series->of(name) : nullptr;
+  if (!variance) return {};
+  std::vector<double> sigma = *variance;
+  for (double& s : sigma) s = std::sqrt(std::max(s, 0.0));  // rounding, where it is zero
+  return {series->utime, context.shown(name, std::move(sigma))};
+}
+
+constexpr const char* kBoundStyle = "with lines lc rgb \"#000000\" lw 1.8 dt (6,5)";
+constexpr const char* kBoundTitle = "bound (1 sigma)";
+
+// Counts the entries of the legend, which it has.
+Panel& value_panel(const FigureContext& context, const std::string& name, const std::vector<Entry>& entries, int height_px,
+                   PlotScript& plot, std::size_t& legend) {
   const auto reading = context.run.readings().find(name);
   const bool is_measured = reading != context.run.readings().end();
   const std::vector<double>* column = context.run.truth_column(name);
@@ -76,12 +94,14 @@ std::size_t value_panel(const FigureContext& context, const std::string& name, c
   if (is_measured) plot.line(values, decimated(reading->second.utime, measured), kMeasuredStyle, "measured");
   if (column) plot.line(values, decimated(context.run.truth().utime, truth), kTruthStyle, "truth");
   for (const Entry& e : entries) plot.line(values, decimated(e.utime(), e.mean), line_style(e.index), e.score->name);
-  return entries.size() + (is_measured ? 1 : 0) + (column ? 1 : 0);
+  legend = std::max(legend, entries.size() + (is_measured ? 1 : 0) + (column ? 1 : 0));
+  return values;
 }
 
 // Nothing if the truth is not known. Returns what the caption must say of it.
 std::string error_panel(const FigureContext& context, const std::string& name, const std::string& label,
-                        const std::vector<Entry>& entries, int height_px, bool has_legend, PlotScript& plot) {
+                        const std::vector<Entry>& entries, const BoundCurve& bound, int height_px, bool has_legend,
+                        PlotScript& plot) {
   std::vector<double> errors;
   for (const Entry& e : entries) append_finite(errors, e.error, true);
   if (errors.empty()) return "";
@@ -91,6 +111,7 @@ std::string error_panel(const FigureContext& context, const std::string& name, c
   double reach = 1.3 * largest;
   for (const Entry& e : entries)
     if (1.3 * e.typical_band <= 4.0 * largest) reach = std::max(reach, 1.3 * e.typical_band);
+  if (const double typical = percentile(bound.sigma, 0.5); 1.3 * typical <= 4.0 * largest) reach = std::max(reach, 1.3 * typical);
   panel.y_range = Band{-reach, reach};
   std::string remark;
   for (const Entry& e : entries) {
@@ -103,24 +124,41 @@ std::string error_panel(const FigureContext& context, const std::string& name, c
   plot.constant(panel, 0.0, "with lines lc rgb \"#000000\" lw 1", "");
   for (const Entry& e : entries)
     plot.line(panel, decimated(e.utime(), e.error), line_style(e.index, 1.6), has_legend ? e.score->name : "");
+  if (!bound.sigma.empty()) {
+    std::vector<double> below;
+    for (const double s : bound.sigma) below.push_back(-s);
+    plot.line(panel, decimated(bound.utime, bound.sigma), kBoundStyle, has_legend ? kBoundTitle : "");
+    plot.line(panel, decimated(bound.utime, below), kBoundStyle, "");
+  }
   return remark;
 }
 
 constexpr const char* kBand =
     "Shaded: the three standard deviations that each estimator claims, to either side. What lies outside the axes is cut off.";
+constexpr const char* kBoundCaption =
+    " Dashed: one standard deviation of the posterior Cramer-Rao bound, below which no estimator's root mean square over many runs "
+    "can be; a single run may.";
 
 }  // namespace
 
 Figure state_figure(const FigureContext& context, const std::string& name) {
   PlotScript plot(context.end_s, context.marks_s);
   const std::vector<Entry> entries = entries_of(context, name);
-  const std::size_t legend = value_panel(context, name, entries, 300, plot);
+  const BoundCurve bound = bound_of(context, name);
+  std::size_t legend = 0;
+  Panel& values = value_panel(context, name, entries, 300, plot, legend);
   const std::size_t panels = plot.panels();
   const std::string with_unit = context.label(name);
   const std::string remark =
-      error_panel(context, name, "error" + with_unit.substr(with_unit.find(" (")), entries, 220, false, plot);
-  const std::string caption = plot.panels() > panels
-                                  ? std::string("Above: value. Below: estimate minus truth. ") + kBand + remark
+      error_panel(context, name, "error" + with_unit.substr(with_unit.find(" (")), entries, bound, 220, false, plot);
+  const bool has_errors = plot.panels() > panels, has_bound = has_errors && !bound.sigma.empty();
+  if (has_bound) {
+    plot.line_entry(values, kBoundStyle, kBoundTitle);
+    ++legend;
+  }
+  const std::string caption = has_errors
+                                  ? std::string("Above: value. Below: estimate minus truth. ") + kBand +
+                                        (has_bound ? kBoundCaption : "") + remark
                                   : "Value, with the band of three standard deviations that each estimator claims.";
   return {"state-" + name, readable_name(name), caption + context.marks_text(), plot.text(legend_rows(legend))};
 }
@@ -129,12 +167,15 @@ std::vector<Figure> group_figures(const FigureContext& context, const std::strin
                                   const std::vector<std::string>& names) {
   PlotScript values(context.end_s, context.marks_s), errors(context.end_s, context.marks_s);
   std::size_t legend = 0, estimators = 0;
+  bool has_bound = false;
   std::string remarks;
   for (const std::string& name : names) {
     const std::vector<Entry> entries = entries_of(context, name);
     estimators = std::max(estimators, entries.size());
-    legend = std::max(legend, value_panel(context, name, entries, 170, values));
-    remarks += error_panel(context, name, "error, " + context.label(name), entries, 170, errors.empty(), errors);
+    const BoundCurve bound = bound_of(context, name);
+    has_bound = has_bound || !bound.sigma.empty();
+    value_panel(context, name, entries, 170, values, legend);
+    remarks += error_panel(context, name, "error, " + context.label(name), entries, bound, 170, errors.empty(), errors);
   }
   std::string id = title;
   std::replace(id.begin(), id.end(), ' ', '-');
@@ -144,8 +185,9 @@ std::vector<Figure> group_figures(const FigureContext& context, const std::strin
        values.text(legend_rows(legend))}};
   if (!errors.empty())
     figures.push_back({"error-" + id, title + ", errors",
-                       std::string("Estimate minus truth. ") + kBand + remarks + context.marks_text(),
-                       errors.text(legend_rows(estimators))});
+                       std::string("Estimate minus truth. ") + kBand + (has_bound ? kBoundCaption : "") + remarks +
+                           context.marks_text(),
+                       errors.text(legend_rows(estimators + (has_bound ? 1 : 0)))});
   return figures;
 }
 

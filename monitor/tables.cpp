@@ -49,6 +49,8 @@ Table accuracy_table(const Results& results) {
               {{"state", false}, {"estimator", false}, {"tuning", false}, {"R2"}, {"RMSE"}, {"largest error"}, {"at (s)"}},
               {}};
   if (results.published) table.columns.insert(table.columns.begin() + 4, {"R2 published", true});
+  const bool has_bound = no_bound_text(results.board).empty();
+  if (has_bound) table.columns.push_back({"efficiency"});
   std::vector<std::string> names;
   for (const EstimatorScore& s : results.board.estimators)
     for (const StateColumn& state : s.states)
@@ -64,6 +66,7 @@ Table accuracy_table(const Results& results) {
         row.push_back(number_text(scale * state.score.rmse));
         row.push_back(number_text(scale * state.score.max_abs_error));
         row.push_back(std::isfinite(state.max_error_s) ? fmt::format("{:.2f}", state.max_error_s) : "-");
+        if (has_bound) row.push_back(number_text(state.bound.efficiency, 3));
         table.rows.push_back(std::move(row));
       }
     }
@@ -162,6 +165,11 @@ std::vector<std::string> warning_lines(const Scoreboard& board) {
   std::vector<std::string> lines;
   for (const auto& [text, names] : said) lines.push_back(fmt::format("{}: {}", names, text));
   return lines;
+}
+
+std::string no_bound_text(const Scoreboard& board) {
+  const std::string* reason = std::get_if<std::string>(&board.bound);
+  return reason ? fmt::format("No bound: {}.", *reason) : "";
 }
 
 std::string to_text(const Table& table, std::size_t width) {

@@ -18,7 +18,8 @@ struct Table {
   std::vector<std::vector<std::string>> rows;
 };
 
-// One row per state and estimator: R2, the published R2 where there is one, RMSE, largest error.
+// One row per state and estimator: R2, the published R2 where there is one, RMSE, largest error, and the efficiency where there is
+// a bound.
 Table accuracy_table(const Results& results);
 // One row per estimator: NEES and NIS with their mean dimensions n and m and their 95 % bands.
 Table consistency_table(const Results& results);
@@ -31,6 +32,9 @@ Table delivery_table(const Results& results);
 
 // What is wrong with the sensors, one sentence each, with the names of the estimators that say so.
 std::vector<std::string> warning_lines(const Scoreboard& board);
+
+// Why there is no bound, as a sentence; empty if there is one.
+std::string no_bound_text(const Scoreboard& board);
 
 // For the terminal: fits into `width` columns by cutting the longest text columns.
 std::string to_text(const Table& table, std::size_t width = 100);

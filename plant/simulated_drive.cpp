@@ -14,6 +14,7 @@
 #include "common/random.hpp"
 #include "common/readings.hpp"
 #include "common/refusal.hpp"
+#include "common/schedule.hpp"
 #include "models/strapdown.hpp"
 #include "plant/mounted_sensors.hpp"
 #include "plant/vehicle_simulation.hpp"
@@ -21,18 +22,6 @@
 namespace slipstream {
 
 namespace {
-
-// The instants 0, 1/rate, 2/rate, ...
-class Schedule {
- public:
-  explicit Schedule(double rate_hz) : rate_hz_(rate_hz) {}
-  Utime next() const { return static_cast<Utime>(std::llround(static_cast<double>(k_) / rate_hz_ / kSecondsPerUtime)); }
-  void pass() { ++k_; }
-
- private:
-  double rate_hz_;
-  std::int64_t k_ = 0;
-};
 
 Utime to_utime(double t_s) { return static_cast<Utime>(std::llround(t_s / kSecondsPerUtime)); }
 

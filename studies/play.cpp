@@ -225,6 +225,13 @@ std::vector<double> Played::error(std::size_t k, const std::string& state) const
   return e;
 }
 
+TrueRun true_run(const Played& played) {
+  return {played.truth_utime, [&played](const std::string& name) {
+            const auto found = played.truth.find(name);
+            return found == played.truth.end() ? nullptr : &found->second;
+          }};
+}
+
 const std::map<std::string, StepTally>& step_tally() { return tally(); }
 
 Played play(const Scenario& scenario, const std::vector<Follower>& followers, const RecordedStreams* streams,

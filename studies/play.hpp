@@ -13,6 +13,7 @@
 #include "common/messages.hpp"
 #include "models/recorded.hpp"
 #include "models/scenario.hpp"
+#include "monitor/bound.hpp"
 #include "monitor/diagnosis.hpp"
 #include "monitor/scores.hpp"
 
@@ -72,6 +73,9 @@ struct Played {
   std::vector<double> error(std::size_t k, const std::string& state) const;
   const std::vector<double>& truth_of(const std::string& name) const;
 };
+
+// Its truth, for the bound (monitor/bound.hpp). Refers to `played`, which must outlive it.
+TrueRun true_run(const Played& played);
 
 // What became of all steps that this process has played, by scenario and estimator: an estimate that is not to be used is NaN
 // in its track and is not scored, so it must be told.

@@ -13,6 +13,7 @@ namespace slipstream {
 
 struct PointMassMotion {
   static constexpr std::string_view kName = "point_mass_motion";
+  static constexpr std::string_view kExactFor = "point_mass";
   static constexpr int kStates = 4;
   static constexpr int kInputs = 2;
   static constexpr int kOutputs = 3;

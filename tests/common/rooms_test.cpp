@@ -133,6 +133,7 @@ TEST(Rooms, WhatIsForbiddenIsFound) {
       {"estimators/main.cpp", "plant/conductor.hpp"},
       {"monitor/scores.cpp", "plant/drive_source.hpp"},
       {"monitor/main.cpp", "estimators/ekf.hpp"},
+      {"monitor/bound.cpp", "estimators/kalman.hpp"},
       {"plant/conductor.cpp", "io/bus.hpp"},
       {"monitor/session.cpp", "io/log_writer.hpp"},
       {"io/bus.cpp", "plant/conductor.hpp"},

@@ -1,7 +1,9 @@
 // Laws over all process models of the registry, and the closed forms of each.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "common/jacobian.hpp"
@@ -99,6 +101,66 @@ TYPED_TEST(ProcessLaws, AStartFromAMeasurementReproducesIt) {
     EXPECT_NEAR(z[k], 7.5, 1e-12);  // rounding
   }
   EXPECT_GE(starts, 1) << "nothing fixes a start on the move";
+}
+
+// --- Models that are a vehicle's own equations ------------------------------------------------------------------------
+
+// `name` among the vehicle's truth.
+template <Vehicle V>
+double true_value(const V& vehicle, const Vector<double, V::kStates>& x, std::string_view name) {
+  const auto truth = vehicle.truth(x, vehicle.initial_mode());
+  for (std::size_t i = 0; i < V::kTruth.size(); ++i)
+    if (V::kTruth[i].name == name) return truth[i];
+  ADD_FAILURE() << V::kName << " has no truth " << name;
+  return 0.0;
+}
+
+// Named states of both have the same rates, outputs are what the vehicle shows, and no state of the vehicle is left out.
+template <ProcessModel M, Vehicle V>
+void expect_same_equations(const M& model, V vehicle) {
+  vehicle.prepare();
+  RandomStream random(1, 0, "same equations");
+  for (const double size : {0.0, 0.1, 1.0, 30.0}) {
+    Vector<double, V::kStates> at;
+    for (int i = 0; i < V::kStates; ++i) at[i] = size * (0.8 + 0.4 * random.uniform());
+    Vector<double, M::kStates> x;
+    Vector<double, M::kInputs> u;
+    for (std::size_t i = 0; i < M::kStates; ++i) x[static_cast<int>(i)] = true_value(vehicle, at, M::kStateNames[i].name);
+    for (std::size_t i = 0; i < M::kInputs; ++i) u[static_cast<int>(i)] = true_value(vehicle, at, M::kInputNames[i].name);
+    const auto rate = model.template derivative<double>(x, u);
+    const auto true_rate = vehicle.template derivative<double>(at, vehicle.initial_mode());
+    std::size_t met = 0;
+    for (std::size_t i = 0; i < V::kStates; ++i) {
+      if (V::kStateNames[i].empty()) continue;
+      const auto same = std::find_if(M::kStateNames.begin(), M::kStateNames.end(),
+                                     [&](const Quantity& q) { return q.name == V::kStateNames[i]; });
+      ASSERT_NE(same, M::kStateNames.end()) << V::kStateNames[i];
+      const double expected = true_rate[static_cast<int>(i)];
+      // Rounding, of operations in another order.
+      EXPECT_NEAR(rate[static_cast<int>(same - M::kStateNames.begin())], expected, 1e-14 * (1.0 + std::abs(expected)));
+      ++met;
+    }
+    EXPECT_EQ(met, static_cast<std::size_t>(M::kStates));
+    const auto z = model.template output<double>(x, u);
+    for (std::size_t i = 0; i < M::kOutputs; ++i)
+      EXPECT_NEAR(z[static_cast<int>(i)], true_value(vehicle, at, M::kOutputNames[i].name), 1e-14 * size);  // rounding
+  }
+}
+
+TYPED_TEST(ProcessLaws, AModelThatClaimsToBeAVehicleIsThat) {
+  if constexpr (requires { TypeParam::kExactFor; }) {
+    int met = 0;
+    [&]<std::size_t... I>(std::index_sequence<I...>) {
+      const auto try_one = [&]<typename V>(const V& vehicle) {
+        if constexpr (TypeParam::kExactFor == V::kName) {
+          expect_same_equations(this->model_, vehicle);
+          ++met;
+        }
+      };
+      (try_one(std::variant_alternative_t<I, AnyVehicle>()), ...);
+    }(std::make_index_sequence<std::variant_size_v<AnyVehicle>>());
+    EXPECT_EQ(met, 1) << "no vehicle is called " << TypeParam::kExactFor;
+  }
 }
 
 // --- longitudinal_friction --------------------------------------------------------------------------------------------
