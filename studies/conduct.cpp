@@ -29,7 +29,7 @@ bool conduct(const Study& study, Desk& desk, int jobs, const std::function<bool(
       {[&](std::size_t item, const std::string& line) { desk.finished(item, line); },
        [&](std::size_t item, const std::string& error) { desk.failed(item, error); }});
   for (bool more = true; more || !workers.is_idle();) {
-    while (more && workers.wants_more()) {
+    while (more && workers.wanted() > 0) {
       const std::optional<std::size_t> item = desk.next();
       more = item.has_value();
       if (item) workers.give(*item);

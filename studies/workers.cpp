@@ -59,9 +59,11 @@ Workers::Worker& Workers::freest() {
   });
 }
 
-bool Workers::wants_more() const {
-  return std::any_of(workers_.begin(), workers_.end(),
-                     [most = depth()](const Worker& w) { return w.under_way.size() < most; });
+std::size_t Workers::wanted() const {
+  const std::size_t most = depth();
+  std::size_t items = 0;
+  for (const Worker& w : workers_) items += most - std::min(most, w.under_way.size());
+  return items;
 }
 
 bool Workers::is_idle() const {

@@ -26,10 +26,10 @@ class Workers {
 
   Workers(int jobs, Work work, Hooks hooks);
 
-  bool wants_more() const;     // items to have something to do, or to have orders in advance
+  std::size_t wanted() const;  // items, to have something to do or to have orders in advance
   bool is_idle() const;        // nothing is under way
   void give(std::size_t item);
-  void wait(int most_ms);      // until something is said, or so long; calls the hooks
+  void wait(int most_ms);  // until something is said, or so long; calls the hooks
 
  private:
   struct Worker {

@@ -51,6 +51,7 @@ const std::vector<Outsider>& outsiders() {
       {"nlohmann/.*", "monitor/json_files.cpp"},
       {"nlohmann/.*", "reproduce/files.cpp"},
       {"nlohmann/.*", "studies/json_lines.cpp"},
+      {"mpi\\.h", "studies/mpi/main.cpp"},
   };
   return all;
 }
