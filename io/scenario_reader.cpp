@@ -371,6 +371,12 @@ TomlDocument read_with_base(const std::string& path, const std::string& named_by
   return under;
 }
 
+TomlDocument read_with_overrides(const std::string& path, const std::vector<std::string>& overrides) {
+  TomlDocument document = read_with_base(path, "", 0);
+  for (const std::string& text : overrides) document.merge(TomlDocument::assignment(text));
+  return document;
+}
+
 }  // namespace
 
 std::string LoadedScenario::run_name() const {
@@ -380,16 +386,20 @@ std::string LoadedScenario::run_name() const {
 }
 
 LoadedScenario load_scenario_file(const std::string& path, const std::vector<std::string>& overrides) {
-  TomlDocument document = read_with_base(path, "", 0);
-  for (const std::string& text : overrides) document.merge(TomlDocument::assignment(text));
-  return resolve(document, path);
+  return resolve(read_with_overrides(path, overrides), path);
 }
 
-LoadedScenario load_scenario_text(const std::string& toml, const std::string& source_name) {
+std::string flat_scenario_file(const std::string& path, const std::vector<std::string>& overrides) {
+  return read_with_overrides(path, overrides).flat_text();
+}
+
+LoadedScenario load_scenario_text(const std::string& toml, const std::string& source_name,
+                                  const std::vector<std::string>& overrides) {
   TomlDocument document(toml, source_name);
   std::string position;
   if (!document.take_text("base", position).empty())
     throw Refusal(position + "a scenario that is not read from a file cannot have a base");
+  for (const std::string& text : overrides) document.merge(TomlDocument::assignment(text));
   return resolve(document, source_name);
 }
 

@@ -25,7 +25,12 @@ struct LoadedScenario {
 LoadedScenario load_scenario_file(const std::string& path, const std::vector<std::string>& overrides = {});
 
 // `source_name` stands for the file in error lines. The text is self-contained: `base` is refused.
-LoadedScenario load_scenario_text(const std::string& toml, const std::string& source_name);
+LoadedScenario load_scenario_text(const std::string& toml, const std::string& source_name,
+                                  const std::vector<std::string>& overrides = {});
+
+// The file with its bases and the overrides as one text without a base, in which nothing is resolved yet: overrides of a later
+// reading have the same effect as on the file. Of a simulated drive only.
+std::string flat_scenario_file(const std::string& path, const std::vector<std::string>& overrides = {});
 
 // What one estimator believes instead: the keys in [estimator...] and [tuning...] of the file are laid over the scenario's.
 // Other tables are refused.

@@ -56,6 +56,44 @@ void merge_tables(toml::table& into, toml::table& from) {
   }
 }
 
+// --- Values -----------------------------------------------------------------------------------------------------------
+
+// A value as TOML prints it; empty of a table, a date, or a list that holds one.
+std::string toml_value(const toml::node& node) {
+  if (const auto* text = node.as_string()) return toml_text(text->get());
+  if (const auto* number = node.as_floating_point()) return std::isfinite(number->get()) ? toml_number(number->get()) : "";
+  if (node.is_integer() || node.is_boolean()) return found(node);
+  if (!node.is_array()) return "";
+  std::string inner;
+  for (const toml::node& item : *node.as_array()) {
+    const std::string value = toml_value(item);
+    if (value.empty()) return "";
+    inner += (inner.empty() ? "" : ", ") + value;
+  }
+  return bracketed(inner);
+}
+
+std::string toml_key(const std::string& key) {
+  const auto bare = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-'; };
+  return !key.empty() && std::all_of(key.begin(), key.end(), bare) ? key : toml_text(key);
+}
+
+// What a nest of tables holds, under dotted keys; an empty table counts as a value.
+struct Leaf {
+  std::string key;
+  const toml::node* node;
+  toml::source_position begin;
+};
+void collect_leaves(const toml::table& table, const std::string& prefix, bool quoted, std::vector<Leaf>& leaves) {
+  for (auto&& [key, node] : table) {
+    const std::string name = prefix + (quoted ? toml_key(std::string(key.str())) : std::string(key.str()));
+    if (node.is_table() && !node.as_table()->empty())
+      collect_leaves(*node.as_table(), name + ".", quoted, leaves);
+    else
+      leaves.push_back({name, &node, node.source().begin});
+  }
+}
+
 // The printed text and the table whose keys are being printed. Tables are numbered as they are entered.
 struct Printer {
   std::string text;
@@ -250,6 +288,30 @@ void TomlTable::numbers(const std::string& key, std::map<std::string, double>& f
                "{ " + joined(field, [](const auto& item) { return item.first + " = " + toml_number(item.second); }) + " }");
 }
 
+void TomlTable::lists(const std::string& key, Lists& field) {
+  table(key, [&](TomlTable& t) {
+    if (!t.impl_->table) return;
+    std::vector<Leaf> leaves;
+    collect_leaves(*t.impl_->table, "", false, leaves);
+    std::sort(leaves.begin(), leaves.end(), [](const Leaf& a, const Leaf& b) { return a.begin < b.begin; });
+    for (auto&& [name, node] : *t.impl_->table) t.impl_->known.emplace_back(name.str());
+    for (const Leaf& leaf : leaves) {
+      const toml::array* const items = leaf.node->as_array();
+      if (!items || items->empty()) t.impl_->refuse(*leaf.node, leaf.key, "a list of at least one value");
+      std::vector<std::string> values;
+      for (const toml::node& item : *items) {
+        const std::string value = toml_value(item);
+        if (value.empty()) t.impl_->refuse(item, leaf.key, "a number, text, true, false, or a list of these");
+        if (std::find(values.begin(), values.end(), value) != values.end())
+          throw Refusal(t.impl_->position(item) + t.impl_->name(leaf.key) + ": " + found(item) + " appears twice");
+        values.push_back(value);
+      }
+      t.impl_->print(toml_text(leaf.key), bracketed(joined(values, [](const std::string& value) { return value; })));
+      field.emplace_back(leaf.key, values);
+    }
+  });
+}
+
 bool TomlTable::has(const std::string& key) const { return impl_->table && impl_->table->contains(key); }
 
 std::vector<std::string> TomlTable::keys_of(const std::string& key) const {
@@ -293,10 +355,12 @@ void TomlTable::tables(const std::string& key, const Body& body) {
   }
 }
 
-void TomlTable::refuse(const std::string& key, const std::string& what) const {
+std::string TomlTable::where(const std::string& key) const {
   const toml::node* const node = impl_->table ? impl_->table->get(key) : nullptr;
-  throw Refusal((node ? impl_->position(*node) : impl_->here) + impl_->name(key) + ": " + what);
+  return (node ? impl_->position(*node) : impl_->here) + impl_->name(key) + ": ";
 }
+
+void TomlTable::refuse(const std::string& key, const std::string& what) const { throw Refusal(where(key) + what); }
 
 // --- A document -------------------------------------------------------------------------------------------------------
 
@@ -343,6 +407,18 @@ std::string TomlDocument::take_text(const std::string& key, std::string& positio
     throw Refusal(position + "found " + found(*node) + ", expected text");
   const std::string text = node->as_string()->get();
   impl_->root.erase(key);
+  return text;
+}
+
+std::string TomlDocument::flat_text() const {
+  std::vector<Leaf> leaves;
+  collect_leaves(impl_->root, "", true, leaves);
+  std::string text;
+  for (const Leaf& leaf : leaves) {
+    const std::string value = leaf.node->is_table() ? "{}" : toml_value(*leaf.node);
+    if (value.empty()) throw Refusal(position_of(leaf.node->source(), impl_->source) + leaf.key + ": cannot stand in one line");
+    text += leaf.key + " = " + value + "\n";
+  }
   return text;
 }
 

@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/parameters.hpp"
@@ -49,6 +50,11 @@ class TomlTable {
   void numbers(const std::string& key, std::map<std::string, double>& field, const std::vector<std::string>& names,
                const std::vector<std::string>& required, const Range& range);
 
+  // A sub-table of lists under dotted keys, quoted or not: the TOML of each value, in the order of the file. At least one value
+  // each, none twice.
+  using Lists = std::vector<std::pair<std::string, std::vector<std::string>>>;
+  void lists(const std::string& key, Lists& field);
+
   bool has(const std::string& key) const;
   std::vector<std::string> keys_of(const std::string& key) const;  // of a sub-table, sorted; empty if absent
 
@@ -61,7 +67,8 @@ class TomlTable {
   void table(const std::string& key, const Body& body);
   void tables(const std::string& key, const Body& body);  // [[key]]: once for each
 
-  // A refusal at the position of `key` in this table, or of the table if the key is absent.
+  // The beginning of a refusal at the position of `key` in this table, or of the table if the key is absent.
+  std::string where(const std::string& key) const;
   [[noreturn]] void refuse(const std::string& key, const std::string& what) const;
 
  private:
@@ -89,6 +96,9 @@ class TomlDocument {
 
   // Removes a text key of the root and returns it; empty if absent.
   std::string take_text(const std::string& key, std::string& position);
+
+  // All values under dotted keys, one a line, sorted: reads back to the same document, without comments. Refuses tables in a list.
+  std::string flat_text() const;
 
   // Reads the root table; returns what was printed.
   std::string read(const TomlTable::Body& body) const;

@@ -1,8 +1,6 @@
 // slipstream-reproduce: regenerates the experiments of documents 001 and 002 and writes them beside what was published.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <sys/ioctl.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -21,6 +19,7 @@
 #include "reproduce/experiment.hpp"
 #include "reproduce/files.hpp"
 #include "reproduce/runner.hpp"
+#include "studies/progress_line.hpp"
 
 namespace slipstream {
 namespace {
@@ -121,36 +120,21 @@ Bench make_bench(const Options& o) {
   return bench;
 }
 
-// One line at the bottom of a terminal that is redrawn; elsewhere a line now and then.
-class ProgressLine {
+// "[1/4]  snow 3 of 20  tyre begins"
+class ExperimentsProgress {
  public:
   void show(const std::vector<RunnerHooks::Activity>& running, std::size_t finished, std::size_t all) {
     std::string line = fmt::format("[{}/{}]", finished, all);
     for (const auto& a : running)
       line +=
           a.total > 0 ? fmt::format("  {} {} of {}", a.experiment, a.done, a.total) : fmt::format("  {} begins", a.experiment);
-    if (line == shown_) return;
-    if (terminal_) {
-      fmt::print("\r{:<{}.{}}", line, width(), width());
-    } else if (finished != finished_ || shown_.empty()) {
-      fmt::print("{}\n", line);
-    }
-    std::fflush(stdout);
+    line_.show(line, finished != finished_);
     finished_ = finished;
-    shown_ = line;
   }
-  void clear() {
-    if (terminal_ && !shown_.empty()) fmt::print("\r{:<{}}\r", "", width());
-    shown_.clear();
-  }
+  void clear() { line_.clear(); }
 
  private:
-  static std::size_t width() {
-    winsize size{};
-    return ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 10 ? size.ws_col - 1U : 79U;
-  }
-  bool terminal_ = ::isatty(STDOUT_FILENO) == 1;
-  std::string shown_;
+  ProgressLine line_;
   std::size_t finished_ = 0;
 };
 
@@ -210,7 +194,7 @@ int run(int argc, char** argv) {
   if (o.data.empty()) say("no recorded drives (--data DIR): what needs them is left out");
 
   catch_interrupts();
-  ProgressLine progress;
+  ExperimentsProgress progress;
   std::vector<std::string> failed;
   RunnerHooks hooks;
   hooks.interrupted = [] { return interrupted(); };

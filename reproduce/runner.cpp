@@ -1,22 +1,17 @@
 #include "reproduce/runner.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
 #include <chrono>
-#include <csignal>
-#include <cstring>
+#include <cstdio>
+#include <memory>
 
 #include "common/refusal.hpp"
-#include "studies/play.hpp"
 #include "reproduce/files.hpp"
+#include "studies/child_process.hpp"
+#include "studies/play.hpp"
 
 namespace slipstream {
 namespace {
@@ -28,10 +23,9 @@ double since(Clock::time_point start) { return std::chrono::duration<double>(Clo
 // A child and what it has said: lines "p DONE TOTAL" and "e TEXT".
 struct Child {
   const Experiment* experiment = nullptr;
-  pid_t pid = 0;
-  int pipe = -1;
+  std::unique_ptr<ChildProcess> process;
   Clock::time_point started;
-  std::string unread, error;
+  std::string error;
   int done = 0, total = 0;
 
   void take(const std::string& line) {
@@ -40,23 +34,14 @@ struct Child {
   }
   // False at the end of what it says.
   bool read() {
-    std::array<char, 4096> buffer;
-    const ssize_t n = ::read(pipe, buffer.data(), buffer.size());
-    if (n < 0) return errno == EINTR || errno == EAGAIN;
-    if (n == 0) return false;
-    unread.append(buffer.data(), static_cast<std::size_t>(n));
-    for (std::size_t end = unread.find('\n'); end != std::string::npos; end = unread.find('\n')) {
-      take(unread.substr(0, end));
-      unread.erase(0, end + 1);
-    }
-    return true;
+    return process->read([this](const std::string& line) { take(line); });
+  }
+  // What went wrong, empty if nothing.
+  std::string end() {
+    const std::string end = process->end();
+    return end.empty() || error.empty() ? end : error;
   }
 };
-
-void say(int pipe, const std::string& line) {
-  const std::string text = line + "\n";
-  if (::write(pipe, text.data(), text.size()) < 0) std::_Exit(2);  // nobody listens any more
-}
 
 // What fell back or gave nothing usable is not in the scores, so it is told.
 void tell_steps(Outcome& o) {
@@ -84,14 +69,10 @@ void require_items(const Experiment& experiment, const Outcome& o) {
   }
 }
 
-[[noreturn]] void be_child(const Experiment& experiment, Bench bench, const std::string& out, const std::string& key,
-                           int pipe) {
-  std::signal(SIGINT, SIG_IGN);  // the parent hears it and ends us
-  std::signal(SIGTERM, SIG_DFL);
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+int be_child(const Experiment& experiment, Bench bench, const std::string& out, const std::string& key, int words) {
   const auto start = Clock::now();
   if (bench.seeds == 0) bench.seeds = experiment.seeds;
-  bench.progress = [pipe](int done, int total) { say(pipe, fmt::format("p {} {}", done, total)); };
+  bench.progress = [words](int done, int total) { say_line(words, fmt::format("p {} {}", done, total)); };
   try {
     Part part{experiment.document, experiment.name, key, 0.0, {}};
     experiment.run(bench, part.outcome);
@@ -102,40 +83,19 @@ void require_items(const Experiment& experiment, const Outcome& o) {
   } catch (const std::exception& e) {
     std::string text = e.what();
     std::replace(text.begin(), text.end(), '\n', ' ');
-    say(pipe, "e " + text);
-    std::_Exit(1);
+    say_line(words, "e " + text);
+    return 1;
   }
-  std::_Exit(0);
+  return 0;
 }
 
 Child start(const Experiment& experiment, const Bench& bench, const std::string& out, const std::string& key) {
-  std::array<int, 2> ends{};
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw Refusal(fmt::format("cannot make a pipe: {}", std::strerror(errno)));
-  const pid_t pid = ::fork();
-  if (pid < 0) throw Refusal(fmt::format("cannot start a process: {}", std::strerror(errno)));
-  if (pid == 0) {
-    ::close(ends[0]);
-    be_child(experiment, bench, out, key, ends[1]);
-  }
-  ::close(ends[1]);
   Child child;
   child.experiment = &experiment;
-  child.pid = pid;
-  child.pipe = ends[0];
   child.started = Clock::now();
+  child.process = std::make_unique<ChildProcess>(
+      [&](int, int words) { return be_child(experiment, bench, out, key, words); });
   return child;
-}
-
-// The child's end: what went wrong, empty if nothing.
-std::string reap(Child& child) {
-  ::close(child.pipe);
-  int status = 0;
-  while (::waitpid(child.pid, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return "";
-  if (!child.error.empty()) return child.error;
-  return WIFSIGNALED(status) ? fmt::format("was ended by signal {}", WTERMSIG(status))
-                             : fmt::format("ended with code {}", WEXITSTATUS(status));
 }
 
 }  // namespace
@@ -159,16 +119,15 @@ bool run_experiments(const std::vector<const Experiment*>& todo, const Bench& be
     }
     show();
     std::vector<pollfd> ends;
-    for (const Child& c : running) ends.push_back({c.pipe, POLLIN, 0});
+    for (const Child& c : running) ends.push_back({c.process->words(), POLLIN, 0});
     ::poll(ends.data(), ends.size(), 1000);
     if (hooks.interrupted()) {
-      for (Child& c : running) ::kill(c.pid, SIGKILL);
-      for (Child& c : running) reap(c);
+      for (Child& c : running) c.process->kill();
       return false;
     }
     for (std::size_t i = running.size(); i-- > 0;) {
       if (ends[i].revents == 0 || running[i].read()) continue;
-      const std::string error = reap(running[i]);
+      const std::string error = running[i].end();
       ++finished;
       hooks.finished(running[i].experiment->name, error, since(running[i].started));
       running.erase(running.begin() + static_cast<std::ptrdiff_t>(i));

@@ -136,9 +136,11 @@ class Listener {
   void add(const Estimate& e) {
     const std::size_t n = track_.states.size();
     const bool usable = is_usable(e.status);
-    ++tally_.steps;
-    tally_.fallback += e.status == EstimateStatus::kFallback ? 1 : 0;
-    tally_.invalid += e.status == EstimateStatus::kInvalid ? 1 : 0;
+    for (StepTally* tally : {&tally_, &track_.tally}) {
+      ++tally->steps;
+      tally->fallback += e.status == EstimateStatus::kFallback ? 1 : 0;
+      tally->invalid += e.status == EstimateStatus::kInvalid ? 1 : 0;
+    }
     track_.utime.push_back(e.header.utime);
     track_.t_s.push_back(seconds(e.header.utime));
     for (std::size_t i = 0; i < n; ++i) {
@@ -250,7 +252,7 @@ Played play(const Scenario& scenario, const std::vector<Follower>& followers, co
     if (series.back().empty()) series.back().push_back(&played.measured[quantity]);
   }
   std::vector<std::unique_ptr<Listener>> listeners;
-  for (const Follower& f : followers) listeners.push_back(std::make_unique<Listener>(scenario, f, nees_states));
+  for (const Follower& f : followers) listeners.push_back(std::make_unique<Listener>(f.belief ? *f.belief : scenario, f, nees_states));
 
   std::vector<double> newest(names.size(), kNan);  // of each truth, known: angles go on from there
   std::vector<std::int64_t> seq(drive->quantities().size(), 0);

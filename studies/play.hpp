@@ -22,11 +22,17 @@ namespace slipstream {
 struct Follower {
   std::string algorithm, tuning;
   std::string label;  // in figures; empty: the algorithm
+  const Scenario* belief = nullptr;  // what it believes instead of the scenario that is played; empty: that one
 };
 
 struct Series {
   std::vector<double> t_s;
   std::vector<double> value;
+};
+
+// What became of steps: an estimate that is not to be used is NaN in its track and is not scored, so it must be told.
+struct StepTally {
+  std::int64_t steps = 0, fallback = 0, invalid = 0;
 };
 
 // The fixes and speeds that a strapdown filter was given, of one sensor.
@@ -48,6 +54,7 @@ struct Track {
   std::vector<double> nees, nis;
   std::vector<int> nees_dimension, nis_dimension;
   std::vector<double> step_time_us;
+  StepTally tally;
   std::map<std::string, SensorNis> sensors;  // of a strapdown filter, which has no outputs h(x^, u)
   std::vector<Finding> findings;             // what the monitor says of them
 
@@ -77,11 +84,7 @@ struct Played {
 // Its truth, for the bound (monitor/bound.hpp). Refers to `played`, which must outlive it.
 TrueRun true_run(const Played& played);
 
-// What became of all steps that this process has played, by scenario and estimator: an estimate that is not to be used is NaN
-// in its track and is not scored, so it must be told.
-struct StepTally {
-  std::int64_t steps = 0, fallback = 0, invalid = 0;
-};
+// What became of all steps that this process has played, by scenario and estimator.
 const std::map<std::string, StepTally>& step_tally();
 
 // What may happen to a reading on its way to the estimators; false: it is lost.

@@ -50,6 +50,8 @@ const std::vector<Outsider>& outsiders() {
       {"csv\\.h", "io/csv.cpp"},
       {"nlohmann/.*", "monitor/json_files.cpp"},
       {"nlohmann/.*", "reproduce/files.cpp"},
+      {"nlohmann/.*", "studies/json_lines.cpp"},
+      {"mpi\\.h", "studies/mpi/main.cpp"},
   };
   return all;
 }

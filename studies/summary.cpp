@@ -1,0 +1,208 @@
+#include "studies/summary.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "common/check.hpp"
+#include "monitor/tables.hpp"
+#include "monitor/text.hpp"
+
+namespace slipstream {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+double ratio(double sum, std::int64_t n) { return n > 0 ? sum / static_cast<double>(n) : kNan; }
+
+void add(NormalisedSum& to, const NormalisedSum& s) {
+  to.samples += s.samples;
+  to.sum += s.sum;
+  to.dimensions += s.dimensions;
+}
+
+// `independent`: how many of its samples count as independent of each other.
+Consistency consistency(const NormalisedSum& s, std::int64_t independent) {
+  Consistency c{s.samples, ratio(s.dimensions, s.samples), ratio(s.sum, s.samples), {kNan, kNan}, false};
+  if (s.samples == 0 || independent == 0 || c.dimension <= 0.0) return c;
+  c.band = mean_chi_square_band(independent, c.dimension);
+  c.within = c.band.contains(c.mean);
+  return c;
+}
+
+double mean_of_known(const std::vector<double>& values) {
+  double sum = 0.0;
+  std::int64_t n = 0;
+  for (const double v : values) {
+    if (!std::isfinite(v)) continue;
+    sum += v;
+    ++n;
+  }
+  return ratio(sum, n);
+}
+
+}  // namespace
+
+Summariser::Summariser(const Study& study) : study_(study) {
+  for (const StudyCase& one : study.cases) {
+    CaseSummary c{study.scenarios[one.scenario].name, {}, 0, {}};
+    for (std::size_t a = 0; a < study.grid.size(); ++a) c.point.emplace_back(study.grid[a].key, one.values[a]);
+    const auto runs = static_cast<std::size_t>(study.runs);
+    for (const StudyEstimator& e : study.estimators)
+      c.estimators.push_back({e.name, {}, kNan, std::vector<double>(runs, kNan), {}, {}, {}, {}, {}, {}, {}, {}, kNan});
+    summary_.cases.push_back(std::move(c));
+    sums_.emplace_back(study.estimators.size());
+  }
+}
+
+void Summariser::add(const RunLine& line) {
+  SLIPSTREAM_CHECK(line.item >= next_ && line.item < study_.items());
+  for (; next_ < line.item; ++next_) summary_.missing.push_back(next_);
+  ++next_;
+  const std::size_t index = line.item / static_cast<std::size_t>(study_.runs);
+  const auto run = static_cast<std::size_t>(study_.run_of(line.item));
+  CaseSummary& c = summary_.cases[index];
+  ++c.runs;
+  SLIPSTREAM_CHECK(line.estimators.size() == c.estimators.size());
+  for (std::size_t k = 0; k < c.estimators.size(); ++k) {
+    const EstimatorRun& r = line.estimators[k];
+    EstimatorSummary& e = c.estimators[k];
+    Sums& sums = sums_[index][k];
+    e.tally.steps += r.tally.steps;
+    e.tally.fallback += r.tally.fallback;
+    e.tally.invalid += r.tally.invalid;
+    e.eta_of_run[run] = ratio(r.norm_sum, r.samples);
+    slipstream::add(sums.nees, r.nees);
+    slipstream::add(sums.nis, r.nis);
+    sums.step_time_us += line.step_time_us[k];
+    if (e.states.empty()) {
+      for (const StateErrors& s : r.states)
+        e.states.push_back({s.state, 0, kNan, 0.0, {}, std::vector<double>(e.eta_of_run.size(), kNan), {}});
+      sums.square_sum.resize(r.states.size());
+      sums.bound_sum.resize(r.states.size());
+    }
+    SLIPSTREAM_CHECK(e.states.size() == r.states.size());
+    for (std::size_t i = 0; i < r.states.size(); ++i) {
+      const StateErrors& s = r.states[i];
+      e.states[i].samples += s.samples;
+      e.states[i].most = std::max(e.states[i].most, s.most);
+      e.states[i].rmse_of_run[run] = std::sqrt(ratio(s.square_sum, s.samples));
+      sums.square_sum[i] += s.square_sum;
+      sums.bound_sum[i] += s.bound_sum.value_or(kNan);
+    }
+    for (std::size_t j = 0; j < r.t_s.size(); ++j) {
+      Samples& at = sums.samples[r.t_s[j]];
+      at.absolute.resize(r.states.size());
+      at.known.resize(r.states.size());
+      ++at.runs;
+      if (std::isfinite(r.norm_series[j])) at.norm += r.norm_series[j], ++at.norms;
+      if (std::isfinite(r.nees_series[j])) at.nees += r.nees_series[j], ++at.neeses;
+      for (std::size_t i = 0; i < r.states.size(); ++i)
+        if (std::isfinite(r.states[i].series[j])) at.absolute[i] += r.states[i].series[j], ++at.known[i];
+    }
+  }
+}
+
+Summary Summariser::finish() {
+  for (; next_ < study_.items(); ++next_) summary_.missing.push_back(next_);
+  for (std::size_t index = 0; index < summary_.cases.size(); ++index) {
+    CaseSummary& c = summary_.cases[index];
+    for (std::size_t k = 0; k < c.estimators.size(); ++k) {
+      EstimatorSummary& e = c.estimators[k];
+      const Sums& sums = sums_[index][k];
+      e.eta = mean_of_known(e.eta_of_run);
+      for (std::size_t run = 0; run < e.eta_of_run.size(); ++run) {
+        const double eta = e.eta_of_run[run];
+        if (std::isfinite(eta) && !(e.worst_run && e.eta_of_run[static_cast<std::size_t>(*e.worst_run)] >= eta))
+          e.worst_run = static_cast<int>(run);
+      }
+      e.nees = consistency(sums.nees, c.runs);
+      e.nis = consistency(sums.nis, sums.nis.samples);
+      e.step_time_us = ratio(sums.step_time_us, e.tally.steps);
+      for (std::size_t i = 0; i < e.states.size(); ++i) {
+        e.states[i].rmse = std::sqrt(ratio(sums.square_sum[i], e.states[i].samples));
+        if (const double bound = std::sqrt(ratio(sums.bound_sum[i], e.states[i].samples)); std::isfinite(bound))
+          e.states[i].bound_rmse = bound;
+      }
+      std::int64_t inside = 0, banded = 0;
+      for (const auto& [t_s, at] : sums.samples) {
+        e.t_s.push_back(t_s);
+        e.eps_k.push_back(ratio(at.norm, at.norms));
+        e.nees_k.push_back(ratio(at.nees, at.neeses));
+        for (std::size_t i = 0; i < e.states.size(); ++i) e.states[i].eps_k.push_back(ratio(at.absolute[i], at.known[i]));
+        if (at.neeses == 0 || !(e.nees.dimension > 0.0)) continue;
+        ++banded;
+        inside += mean_chi_square_band(at.neeses, e.nees.dimension).contains(e.nees_k.back()) ? 1 : 0;
+      }
+      if (banded > 0) e.nees_inside = static_cast<double>(inside) / static_cast<double>(banded);
+    }
+  }
+  return std::move(summary_);
+}
+
+std::string replay_command(const Study& study, std::size_t item) {
+  const StudyCase& one = study.case_of(item);
+  std::string command = fmt::format("slipstream-plant scenarios/{}.toml --set run.seed={}",
+                                    study.scenarios[one.scenario].name, study.seed_of(study.run_of(item)));
+  for (std::size_t a = 0; a < study.grid.size(); ++a)
+    command += fmt::format(" --set '{}={}'", study.grid[a].key, one.values[a]);
+  return command;
+}
+
+namespace {
+
+std::string case_name(const CaseSummary& c) {
+  std::string name = c.scenario;
+  for (const auto& [key, value] : c.point) name += fmt::format(", {} = {}", key.substr(key.rfind('.') + 1), value);
+  return name;
+}
+
+std::string mean_and_band(const Consistency& c) {
+  if (c.samples == 0) return "-";
+  return fmt::format("{:.3f} ({:.3f}..{:.3f})", c.mean, c.band.low, c.band.high);
+}
+
+}  // namespace
+
+std::string summary_text(const Study& study, const Summary& summary) {
+  std::vector<std::string> states;
+  for (const CaseSummary& c : summary.cases)
+    for (const EstimatorSummary& e : c.estimators)
+      for (const StateSummary& s : e.states)
+        if (std::find(states.begin(), states.end(), s.state) == states.end()) states.push_back(s.state);
+  Table errors{"Errors", {{"case", false}, {"estimator", false}, {"runs"}, {"eta"}}, {}};
+  for (const std::string& s : states) errors.columns.push_back({fmt::format("RMSE {}", s), true});
+  errors.columns.push_back({"worst run", true});
+  Table consistency{"Consistency (95 % bands)",
+                    {{"case", false}, {"estimator", false}, {"NEES"}, {"n"}, {"NIS"}, {"m"}, {"fell back"}, {"invalid"}},
+                    {}};
+  for (const CaseSummary& c : summary.cases) {
+    for (const EstimatorSummary& e : c.estimators) {
+      std::vector<std::string> row{case_name(c), e.estimator, fmt::format("{}", c.runs), number_text(e.eta)};
+      for (const std::string& name : states) {
+        const auto found =
+            std::find_if(e.states.begin(), e.states.end(), [&](const StateSummary& s) { return s.state == name; });
+        row.push_back(found == e.states.end() ? "-" : number_text(found->rmse));
+      }
+      row.push_back(e.worst_run ? fmt::format("{}", *e.worst_run) : "-");
+      errors.rows.push_back(std::move(row));
+      consistency.rows.push_back({case_name(c), e.estimator, mean_and_band(e.nees), number_text(e.nees.dimension, 3),
+                                  mean_and_band(e.nis), number_text(e.nis.dimension, 3), fmt::format("{}", e.tally.fallback),
+                                  fmt::format("{}", e.tally.invalid)});
+    }
+  }
+  std::string text = to_text(errors, 140) + "\n" + to_text(consistency, 140);
+  for (std::size_t index = 0; index < summary.cases.size(); ++index) {
+    const CaseSummary& c = summary.cases[index];
+    if (c.estimators.empty() || !c.estimators.front().worst_run) continue;
+    const std::size_t item = index * static_cast<std::size_t>(study.runs) + static_cast<std::size_t>(*c.estimators.front().worst_run);
+    text += fmt::format("\n{}'s worst run of {}, live, in the folder of the results:\n  {}\n", c.estimators.front().estimator,
+                        case_name(c), replay_command(study, item));
+    break;  // the others differ in their seed and settings only, which results.json has
+  }
+  return text;
+}
+
+}  // namespace slipstream

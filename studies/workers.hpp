@@ -1,0 +1,53 @@
+// Numbered items of work done by processes side by side, each of which does many, one after the other.
+//
+// An item that throws, or whose process crashes, is told with its reason; the others go on, in a new process if need be. A
+// process has orders for about 20 ms in advance, so it does not wait for the parent between short items, and all of them
+// end together.
+#pragma once
+
+#include <chrono>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "studies/child_process.hpp"
+
+namespace slipstream {
+
+class Workers {
+ public:
+  using Work = std::function<std::string(std::size_t item)>;  // in a child: one line
+  struct Hooks {
+    std::function<void(std::size_t item, const std::string& line)> finished;
+    std::function<void(std::size_t item, const std::string& error)> failed;
+  };
+
+  Workers(int jobs, Work work, Hooks hooks);
+
+  std::size_t wanted() const;  // items, to have something to do or to have orders in advance
+  bool is_idle() const;        // nothing is under way
+  void give(std::size_t item);
+  void wait(int most_ms);  // until something is said, or so long; calls the hooks
+
+ private:
+  struct Worker {
+    std::unique_ptr<ChildProcess> child;
+    std::deque<std::size_t> under_way;  // in the order in which it does them
+  };
+
+  std::size_t depth() const;
+  Worker& freest();
+  void start(Worker& worker);
+  void hear(Worker& worker, const std::string& line);
+  void bury(Worker& worker);
+
+  Work work_;
+  Hooks hooks_;
+  std::vector<Worker> workers_;
+  std::size_t finished_ = 0;
+  std::chrono::steady_clock::time_point started_;
+};
+
+}  // namespace slipstream
