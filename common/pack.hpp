@@ -30,6 +30,8 @@ class Pack {
   requires std::is_arithmetic_v<S>
   Pack(S all) : v_{static_cast<double>(all), static_cast<double>(all), static_cast<double>(all), static_cast<double>(all)} {}
 
+  Pack(double a, double b, double c, double d) : v_{a, b, c, d} {}
+
   static Pack load(const double* from) {
     Pack p;
     std::memcpy(&p.v_, from, sizeof p.v_);
@@ -37,6 +39,12 @@ class Pack {
   }
   void store(double* to) const { std::memcpy(to, &v_, sizeof v_); }
   double operator[](int lane) const { return v_[lane]; }
+  // (1st + 3rd) + (2nd + 4th)
+  double sum() const {
+    using Half [[gnu::vector_size(16)]] = double;
+    const Half halves = __builtin_shufflevector(v_, v_, 0, 1) + __builtin_shufflevector(v_, v_, 2, 3);
+    return halves[0] + halves[1];
+  }
 
   friend Pack operator+(const Pack& a, const Pack& b) { return Pack(a.v_ + b.v_); }
   friend Pack operator-(const Pack& a, const Pack& b) { return Pack(a.v_ - b.v_); }
