@@ -25,6 +25,12 @@ class Pack {
   static constexpr int kLanes = 4;
 
   Pack() = default;
+  // By the register: compilers copy a plain struct in halves, which who loads the whole must wait for.
+  Pack(const Pack& p) : v_(p.v_) {}
+  Pack& operator=(const Pack& p) {
+    v_ = p.v_;
+    return *this;
+  }
   // Implicit on purpose: `2.0 * x` and `T(0)` read as in the formula.
   template <typename S>
   requires std::is_arithmetic_v<S>
