@@ -140,8 +140,12 @@ class Unscented final : public GaussianEstimator<M> {
         fastest_rate_hz = std::max(fastest_rate_hz, static_cast<double>(model.fastest_rate_hz(x)));
       }
     const int steps = transition_steps(fastest_rate_hz, dt_s);
+    if (steps > 1) return propagate_divided(u, dt_s, steps, at);
+    for (int s = 0; s < kSets; ++s) at[s] = single_transition(model, at[s], u, dt_s);
+  }
+  [[gnu::noinline]] void propagate_divided(const Input& u, double dt_s, int steps, Vector<Pack, n>* at) const {
     for (int s = 0; s < kSets; ++s)
-      for (int i = 0; i < steps; ++i) at[s] = single_transition(model, at[s], u, dt_s / steps);
+      for (int i = 0; i < steps; ++i) at[s] = single_transition(this->belief_.model, at[s], u, dt_s / steps);
   }
 
   template <int N>
