@@ -9,6 +9,9 @@
 //
 // Every term is positive semidefinite where beta >= alpha^2. alpha in (0, 1] is the spread, kappa a second one, beta tells of
 // the fourth moment: 2 is best for a normal distribution. Julier, The Scaled Unscented Transformation (ACC 2002).
+//
+// L is the triangular factor of a semidefinite P: where a pivot is rounding against its diagonal, the column is zero and draws
+// no points - a direction without variance, as at a start at truth or of a state left out.
 #pragma once
 
 #include <fmt/format.h>
@@ -16,6 +19,7 @@
 #include <cmath>
 
 #include "common/refusal.hpp"
+#include "common/types.hpp"
 
 namespace slipstream {
 
@@ -31,6 +35,32 @@ inline SigmaPoints sigma_points(int n, const char* what, double alpha, double be
     throw Refusal(fmt::format("ukf_kappa = {} must be more than -{}, the number of {}", kappa, n, what));
   const double squared_reach = alpha * alpha * (n + kappa);
   return {std::sqrt(squared_reach), 0.5 / squared_reach, beta - alpha * alpha};
+}
+
+// P = L L' by L D L', so that no pivot waits for the root of the last one. False if P is indefinite; what is not finite stays so.
+template <int N>
+bool semidefinite_factor(const Matrix<double, N>& p, Matrix<double, N>& l) {
+  constexpr double kDigits = 1e-14;  // of a pivot against its diagonal: what up to a score of subtractions leave of a zero
+  bool semidefinite = true;
+  double rest[N][N];
+  for (int i = 0; i < N; ++i)
+    for (int j = 0; j <= i; ++j) rest[i][j] = p(i, j);
+  for (int c = 0; c < N; ++c) {
+    const double pivot = rest[c][c];
+    const double zero = kDigits * std::abs(p(c, c));
+    semidefinite &= !(pivot < -zero);
+    const bool none = pivot <= zero;
+    const double inverse = none ? 0.0 : 1.0 / pivot;
+    const double root = none ? 0.0 : std::sqrt(pivot);
+    for (int r = 0; r < c; ++r) l(r, c) = 0.0;
+    l(c, c) = root;
+    for (int r = c + 1; r < N; ++r) {
+      const double share = rest[r][c] * inverse;
+      for (int k = c + 1; k <= r; ++k) rest[r][k] -= share * rest[k][c];
+      l(r, c) = share * root;
+    }
+  }
+  return semidefinite;
 }
 
 }  // namespace slipstream

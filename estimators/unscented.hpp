@@ -49,12 +49,20 @@ struct RowPacks {
   }
 };
 
-// The first numbers of a row that `number(k)` gives, k < count, from k = 4 g on.
+// The g-th pack of the numbers that number(k) gives, k < Count.
 template <int Count, typename F>
 Pack pack_of(int g, const F& number) {
   const auto or_zero = [&](int k) { return k < Count ? number(k) : 0.0; };
   const int k = g * Pack::kLanes;
   return {or_zero(k), or_zero(k + 1), or_zero(k + 2), or_zero(k + 3)};
+}
+
+template <int N>
+RowPacks<N, packs_of(N)> rows_of(const Matrix<double, N>& triangular) {
+  RowPacks<N, packs_of(N)> rows;
+  for (int i = 0; i < N; ++i)
+    for (int g = 0; g < packs_of(N); ++g) rows.at[i][g] = pack_of<N>(g, [&](int k) { return k <= i ? triangular(i, k) : 0.0; });
+  return rows;
 }
 
 template <ProcessModel M, template <int> class Spread>
@@ -101,7 +109,7 @@ class Unscented final : public GaussianEstimator<M> {
     Image<n> moved;
     const State q = step.dt_s > 0.0 ? this->belief_.process_covariance(step.dt_s) : State(State::Zero());
     if (step.dt_s > 0.0) {
-      draw(x, at);
+      draw(x, spread_.root(), at);
       propagate(u, step.dt_s, at);
       image(at, moved);
       x = moved.mean;
@@ -109,15 +117,10 @@ class Unscented final : public GaussianEstimator<M> {
       drawn = !redraw_;
     }
     sound &= drawn ? update<false>(step, u, at, moved, q) : update<true>(step, u, at, moved, q);
-    spread_.covariance(this->estimate_.covariance);
+    spread_.covariance_into(this->estimate_.covariance);
     this->settle(sound ? EstimateStatus::kValid : EstimateStatus::kFallback);
   }
 
-  void draw(const State& x, Vector<Pack, n>* at) const {
-    RowPacks<n, kGroups> root;
-    spread_.root(root);
-    draw(x, root, at);
-  }
   void draw(const State& x, const RowPacks<n, kGroups>& root, Vector<Pack, n>* at) const {
     for (int i = 0; i < n; ++i) {
       const Pack middle = x[i];
@@ -169,8 +172,7 @@ class Unscented final : public GaussianEstimator<M> {
     State& x = this->estimate_.mean;
     Innovation<M>& i = this->innovation_;
     if constexpr (kRedrawn) {
-      RowPacks<n, kGroups> root;
-      spread_.root(root);
+      const RowPacks<n, kGroups> root = spread_.root();
       draw(x, root, at);
       for (int r = 0; r < n; ++r)
         for (int g = 0; g < kGroups; ++g) moved.differences.at[r][g] = root.at[r][g];
@@ -193,7 +195,7 @@ class Unscented final : public GaussianEstimator<M> {
     }
     Spread<m> s;
     bool sound = s.assign(seen.differences, i.noise, points_.middle, seen.bend);
-    s.covariance(i.covariance);
+    s.covariance_into(i.covariance);
 
     for (int r = 0; r < n; ++r)
       for (int k = 0; k < m; ++k) {
@@ -202,8 +204,7 @@ class Unscented final : public GaussianEstimator<M> {
         i.ph(r, k) = sum.sum();
         if constexpr (!kRedrawn) i.ph(r, k) += points_.middle * moved.bend[r] * seen.bend[k];
       }
-    Matrix<double, n, m> gain;
-    s.divide(i.ph, gain);
+    const Matrix<double, n, m> gain = s.divide(i.ph);
     State bend;
     const Vector<double, m> deviation = i.noise.cwiseSqrt();
     for (int r = 0; r < n; ++r) {
