@@ -39,7 +39,7 @@ inline SigmaPoints sigma_points(int n, const char* what, double alpha, double be
 
 // P = L L' by L D L', so that no pivot waits for the root of the last one. False if P is indefinite; what is not finite stays so.
 template <int N>
-bool semidefinite_factor(const Matrix<double, N>& p, Matrix<double, N>& l) {
+bool semidefinite_factor(const Matrix<double, N>& p, double (&l)[N][N]) {
   constexpr double kDigits = 1e-14;  // of a pivot against its diagonal: what up to a score of subtractions leave of a zero
   bool semidefinite = true;
   double rest[N][N];
@@ -52,12 +52,11 @@ bool semidefinite_factor(const Matrix<double, N>& p, Matrix<double, N>& l) {
     const bool none = pivot <= zero;
     const double inverse = none ? 0.0 : 1.0 / pivot;
     const double root = none ? 0.0 : std::sqrt(pivot);
-    for (int r = 0; r < c; ++r) l(r, c) = 0.0;
-    l(c, c) = root;
+    l[c][c] = root;
     for (int r = c + 1; r < N; ++r) {
       const double share = rest[r][c] * inverse;
       for (int k = c + 1; k <= r; ++k) rest[r][k] -= share * rest[k][c];
-      l(r, c) = share * root;
+      l[r][c] = share * root;
     }
   }
   return semidefinite;

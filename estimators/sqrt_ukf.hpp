@@ -42,8 +42,8 @@ class RootSpread {
   void covariance_into(Matrix<double, N>& p) const {
     for (int i = 0; i < N; ++i)
       for (int j = 0; j <= i; ++j) {
-        double sum = l_(i, 0) * l_(j, 0);
-        for (int k = 1; k <= j; ++k) sum += l_(i, k) * l_(j, k);
+        double sum = l_[i][0] * l_[j][0];
+        for (int k = 1; k <= j; ++k) sum += l_[i][k] * l_[j][k];
         p(i, j) = p(j, i) = sum;
       }
   }
@@ -53,14 +53,14 @@ class RootSpread {
   Matrix<double, Rows, N> divide(const Matrix<double, Rows, N>& a) const {
     Matrix<double, Rows, N> y = a;
     double inverse[N];
-    for (int k = 0; k < N; ++k) inverse[k] = 1.0 / l_(k, k);
+    for (int k = 0; k < N; ++k) inverse[k] = 1.0 / l_[k][k];
     for (int r = 0; r < Rows; ++r) {
       for (int k = 0; k < N; ++k) {
-        for (int j = 0; j < k; ++j) y(r, k) -= l_(k, j) * y(r, j);
+        for (int j = 0; j < k; ++j) y(r, k) -= l_[k][j] * y(r, j);
         y(r, k) *= inverse[k];
       }
       for (int k = N - 1; k >= 0; --k) {
-        for (int j = k + 1; j < N; ++j) y(r, k) -= l_(j, k) * y(r, j);
+        for (int j = k + 1; j < N; ++j) y(r, k) -= l_[j][k] * y(r, j);
         y(r, k) *= inverse[k];
       }
     }
@@ -77,35 +77,35 @@ class RootSpread {
       const double squared = i == 0 ? before[0] : a.dot(i, i);
       const bool none = squared <= kDigits * before[i];
       const double length = none ? 0.0 : std::sqrt(squared), inverse = none ? 0.0 : 1.0 / length;
-      l_(i, i) = length;
+      l_[i][i] = length;
       for (int j = i + 1; j < N; ++j) {
         const double along = a.dot(j, i) * inverse;
         for (int p = 0; p < Packs; ++p) a.at[j][p] -= (along * inverse) * a.at[i][p];
-        l_(j, i) = along;
-        l_(i, j) = 0.0;
+        l_[j][i] = along;
       }
     }
   }
 
   // By hyperbolic rotations; false, and L as it was, where L L' - d d' is not positive.
   bool downdate(Vector<double, N> d) {
-    Matrix<double, N> l = l_;
+    double l[N][N];
+    std::copy(&l_[0][0], &l_[0][0] + N * N, &l[0][0]);
     for (int k = 0; k < N; ++k) {
       if (d[k] == 0.0) continue;
-      const double squared = (l(k, k) - d[k]) * (l(k, k) + d[k]);
+      const double squared = (l[k][k] - d[k]) * (l[k][k] + d[k]);
       if (squared <= 0.0) return false;
-      const double root = std::sqrt(squared), cosine = root / l(k, k), sine = d[k] / l(k, k);
-      l(k, k) = root;
+      const double root = std::sqrt(squared), cosine = root / l[k][k], sine = d[k] / l[k][k];
+      l[k][k] = root;
       for (int i = k + 1; i < N; ++i) {
-        l(i, k) = (l(i, k) - sine * d[i]) / cosine;
-        d[i] = cosine * d[i] - sine * l(i, k);
+        l[i][k] = (l[i][k] - sine * d[i]) / cosine;
+        d[i] = cosine * d[i] - sine * l[i][k];
       }
     }
-    l_ = l;
+    std::copy(&l[0][0], &l[0][0] + N * N, &l_[0][0]);
     return true;
   }
 
-  Matrix<double, N> l_ = Matrix<double, N>::Zero();
+  double l_[N][N]{};
 };
 
 template <ProcessModel M>

@@ -23,14 +23,14 @@ class SquaredSpread {
         const double p = rows.dot(i, j) + g * (c[i] * c[j]);
         p_(i, j) = p_(j, i) = i == j ? p + v[i] : p;
       }
-    Matrix<double, N> l;
+    double l[N][N];
     if (g >= 0.0 || semidefinite_factor(p_, l)) return true;
     assign(rows, v, 0.0, c);
     return false;
   }
 
   RowPacks<N, packs_of(N)> root() const {
-    Matrix<double, N> l;
+    double l[N][N];
     semidefinite_factor(p_, l);
     return rows_of(l);
   }

@@ -58,10 +58,10 @@ Pack pack_of(int g, const F& number) {
 }
 
 template <int N>
-RowPacks<N, packs_of(N)> rows_of(const Matrix<double, N>& triangular) {
+RowPacks<N, packs_of(N)> rows_of(const double (&l)[N][N]) {
   RowPacks<N, packs_of(N)> rows;
   for (int i = 0; i < N; ++i)
-    for (int g = 0; g < packs_of(N); ++g) rows.at[i][g] = pack_of<N>(g, [&](int k) { return k <= i ? triangular(i, k) : 0.0; });
+    for (int g = 0; g < packs_of(N); ++g) rows.at[i][g] = pack_of<N>(g, [&](int k) { return k <= i ? l[i][k] : 0.0; });
   return rows;
 }
 
