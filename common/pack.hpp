@@ -25,10 +25,18 @@ class Pack {
   static constexpr int kLanes = 4;
 
   Pack() = default;
+  // By the register: compilers copy a plain struct in halves, which who loads the whole must wait for.
+  Pack(const Pack& p) : v_(p.v_) {}
+  Pack& operator=(const Pack& p) {
+    v_ = p.v_;
+    return *this;
+  }
   // Implicit on purpose: `2.0 * x` and `T(0)` read as in the formula.
   template <typename S>
   requires std::is_arithmetic_v<S> Pack(S all)
       : v_{static_cast<double>(all), static_cast<double>(all), static_cast<double>(all), static_cast<double>(all)} {}
+
+  Pack(double a, double b, double c, double d) : v_{a, b, c, d} {}
 
   static Pack load(const double* from) {
     Pack p;
@@ -37,6 +45,12 @@ class Pack {
   }
   void store(double* to) const { std::memcpy(to, &v_, sizeof v_); }
   double operator[](int lane) const { return v_[lane]; }
+  // (1st + 3rd) + (2nd + 4th)
+  double sum() const {
+    using Half [[gnu::vector_size(16)]] = double;
+    const Half halves = __builtin_shufflevector(v_, v_, 0, 1) + __builtin_shufflevector(v_, v_, 2, 3);
+    return halves[0] + halves[1];
+  }
 
   friend Pack operator+(const Pack& a, const Pack& b) { return Pack(a.v_ + b.v_); }
   friend Pack operator-(const Pack& a, const Pack& b) { return Pack(a.v_ - b.v_); }
