@@ -1,4 +1,4 @@
-// slipstream-reproduce: regenerates the experiments of documents 001 and 002 and writes them beside what was published.
+// slipstream-reproduce: regenerates the experiments of documents 000, 001 and 002 and writes them beside what was published.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -148,14 +148,14 @@ std::vector<Part> finished_parts(const std::string& out, const std::string& key)
 int run(int argc, char** argv) {
   Options o;
   CommandLine line("slipstream-reproduce",
-                   "Regenerates the experiments of documents 001 and 002 beside their published values.");
+                   "Regenerates the experiments of documents 000, 001 and 002 beside their published values.");
   line.positionals("NAME", o.names,
                    "documents, experiments, figures or tables: 001, snow, fig_6 (of 002), 001_fig_6 (default: all)");
   line.flag("--list", o.list, "name the experiments and what each regenerates");
   line.option("--out", o.out, "folder for the report, the figures and the tables");
   line.option("--data", o.data, "folder of the recorded drives; without it the experiments on them are left out");
   line.option("--scenarios", o.scenarios, "folder of the scenario files");
-  line.option("--seeds", o.seeds, "runs of every Monte Carlo spread (default: 20, of document 001 50)");
+  line.option("--seeds", o.seeds, "runs of every Monte Carlo spread (default: 20; of document 001 50, of 000 10 times 100)");
   line.option("--jobs", o.jobs, "experiments at a time (default: one for each processor)");
   line.flag("--fresh", o.fresh, "compute again what an earlier call has finished");
   line.parse(argc, argv);

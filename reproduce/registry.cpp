@@ -3,6 +3,7 @@
 namespace slipstream {
 
 // Each is defined in the .cpp of its name, those of a section together.
+void reproduce_tracking(const Bench& bench, Outcome& o);
 void reproduce_localisation(const Bench& bench, Outcome& o);
 void reproduce_localisation_city(const Bench& bench, Outcome& o);
 void reproduce_localisation_recorded(const Bench& bench, Outcome& o);
@@ -31,6 +32,7 @@ std::vector<std::string> items(std::initializer_list<std::pair<int, int>> figure
   return names;
 }
 
+constexpr const char* k000Section4 = "Section 4: tracking a car in the plane";
 constexpr const char* k001Chapter4 = "Chapter 4: localisation with IMU and GNSS";
 constexpr const char* k001Beyond = "Beyond the document";
 constexpr const char* kChapter3 = "Chapter 3: fundamentals";
@@ -44,6 +46,13 @@ constexpr const char* kConsistency = "What the estimators claim, and what can be
 
 const std::vector<Experiment>& experiments() {
   static const std::vector<Experiment> all{
+      {"000", "tracking", k000Section4, "Particle filter against unscented Kalman filter",
+       [] {
+         std::vector<std::string> names = items({{3, 9}}, {1});
+         names.emplace_back("Sampling period");
+         return names;
+       }(),
+       0.5, reproduce_tracking, false, 10},
       {"001", "localisation", k001Chapter4, "A car for two seconds, GNSS at 25, 50 and 100 Hz", items({{5, 15}}, {}), 0.1,
        reproduce_localisation, false, 50},
       {"001",

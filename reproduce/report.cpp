@@ -25,7 +25,15 @@ struct About {
   const char* caveat;   // of the verdicts
   const char* missing;  // what is not here, and why
 };
-constexpr std::array<About, 2> kDocuments{{
+constexpr std::array<About, 3> kDocuments{{
+    {"000",
+     "<i>Particle filter against unscented Kalman filter for a point-mass vehicle</i> (document 000): every figure and table "
+     "of "
+     "its results under its own number, from 100 runs each as there, in repetitions; beside them the posterior "
+     "Cram&eacute;r-Rao bound, the least mean squared error that any estimator can have.",
+     "The document prints neither the sampling period nor the inputs, the start, or what its filters believe: <b>better</b> "
+     "says no more than that our filters do what theory says under the assumptions stated here.",
+     "Figures 1 and 2 of the document are a drawing and a flow chart."},
     {"001",
      "R. G. Janke, <i>Estimativa da localiza&ccedil;&atilde;o de carros aut&ocirc;nomos baseada na fus&atilde;o de sensores "
      "IMU/GNSS utilizando o filtro de Kalman</i>, Universidade de S&atilde;o Paulo, 2024: the figures of chapter 4 under their "

@@ -36,7 +36,23 @@ NormalisedSum sum_of(const std::vector<double>& q, const std::vector<int>& dimen
   return result;
 }
 
-EstimatorRun errors_of(const Study& study, const Played& played, std::size_t k) {
+// The sum of the bound's variance of a state over the rows whose error is known; nothing if it is not known at all of them.
+std::optional<double> bound_sum(const Bound& bound, const std::string& state, const std::vector<Utime>& utime,
+                                const std::vector<double>& error) {
+  const auto* const series = std::get_if<BoundSeries>(&bound);
+  const std::vector<double>* const variance = series ? series->of(state) : nullptr;
+  if (!variance) return std::nullopt;
+  double sum = 0.0;
+  for (std::size_t row = 0, at = 0; row < utime.size(); ++row) {
+    if (!std::isfinite(error[row])) continue;
+    while (at < series->utime.size() && series->utime[at] < utime[row]) ++at;
+    if (at == series->utime.size() || series->utime[at] != utime[row]) return std::nullopt;
+    sum += (*variance)[at];
+  }
+  return sum;
+}
+
+EstimatorRun errors_of(const Study& study, const Played& played, std::size_t k, const Bound& bound) {
   const Track& track = played.tracks[k];
   EstimatorRun run;
   run.estimator = study.estimators[k].name;
@@ -53,6 +69,7 @@ EstimatorRun errors_of(const Study& study, const Played& played, std::size_t k) 
       s.square_sum += e * e;
       s.most = std::max(s.most, std::abs(e));
     }
+    s.bound_sum = bound_sum(bound, state, track.utime, errors.back());
     run.states.push_back(std::move(s));
   }
   for (std::size_t row = 0; row < track.utime.size(); ++row) {
@@ -87,8 +104,9 @@ RunLine run_item(const Study& study, std::size_t item) {
     followers.push_back({e.algorithm, tuning_of(e, one.beliefs[k]), e.name, &one.beliefs[k]});
   }
   const Played played = play(one.drive, followers, nullptr, study.states);
+  const Bound bound = posterior_bound(one.drive, true_run(played));
   for (std::size_t k = 0; k < played.tracks.size(); ++k) {
-    line.estimators.push_back(errors_of(study, played, k));
+    line.estimators.push_back(errors_of(study, played, k, bound));
     const std::vector<double>& times = played.tracks[k].step_time_us;
     line.step_time_us.push_back(std::accumulate(times.begin(), times.end(), 0.0));
   }

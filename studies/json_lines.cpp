@@ -45,14 +45,9 @@ Json to_json(const EstimatorRun& run) {
     if (s.bound_sum) one["bound_sum"] = number(*s.bound_sum);
     if (!s.series.empty()) one["series"] = numbers(s.series);
   }
-  Json j = {{"steps", run.tally.steps},
-            {"fallback", run.tally.fallback},
-            {"invalid", run.tally.invalid},
-            {"samples", run.samples},
-            {"norm_sum", number(run.norm_sum)},
-            {"states", std::move(states)},
-            {"nees", to_json(run.nees)},
-            {"nis", to_json(run.nis)}};
+  Json j = {{"steps", run.tally.steps},  {"fallback", run.tally.fallback},   {"invalid", run.tally.invalid},
+            {"samples", run.samples},    {"norm_sum", number(run.norm_sum)}, {"states", std::move(states)},
+            {"nees", to_json(run.nees)}, {"nis", to_json(run.nis)}};
   if (!run.t_s.empty()) {
     j["t_s"] = numbers(run.t_s);
     j["norm_series"] = numbers(run.norm_series);
@@ -93,19 +88,26 @@ Json to_json(const Consistency& c) {
           {"within", c.within}};
 }
 
+Json to_json(const Comparison& c) {
+  return {{"estimator", c.first},
+          {"against", c.second},
+          {"runs", c.used},
+          {"eta", numbers({c.mean_first, c.mean_second})},
+          {"difference", number(c.difference)},
+          {"interval", numbers({c.low, c.high})},
+          {"sentence", c.sentence()}};
+}
+
 Json to_json(const Study& study, std::size_t case_index, const EstimatorSummary& e) {
   Json states = Json::object();
   for (const StateSummary& s : e.states) {
     Json& one = states[s.state] = {{"samples", s.samples}, {"rmse", number(s.rmse)}, {"most", number(s.most)}};
     if (s.bound_rmse) one["bound_rmse"] = number(*s.bound_rmse);
+    if (s.efficiency) one["efficiency"] = number(*s.efficiency);
     if (!s.eps_k.empty()) one["eps_k"] = numbers(s.eps_k);
   }
-  Json j = {{"eta", number(e.eta)},
-            {"steps", e.tally.steps},
-            {"fallback", e.tally.fallback},
-            {"invalid", e.tally.invalid},
-            {"states", std::move(states)},
-            {"nees", to_json(e.nees)},
+  Json j = {{"eta", number(e.eta)},       {"steps", e.tally.steps},      {"fallback", e.tally.fallback},
+            {"invalid", e.tally.invalid}, {"states", std::move(states)}, {"nees", to_json(e.nees)},
             {"nis", to_json(e.nis)}};
   if (e.nees_inside) j["nees"]["inside"] = number(*e.nees_inside);
   if (e.worst_run) {
@@ -136,11 +138,13 @@ std::string results_json(const Study& study, const Summary& summary) {
   for (std::size_t i = 0; i < summary.cases.size(); ++i) {
     Json one = to_json(summary.cases[i]);
     for (const EstimatorSummary& e : summary.cases[i].estimators) one["estimators"][e.estimator] = to_json(study, i, e);
+    if (summary.cases[i].why_no_bound) one["why_no_bound"] = *summary.cases[i].why_no_bound;
+    one["comparisons"] = Json::array();
+    for (const Comparison& c : summary.cases[i].comparisons) one["comparisons"].push_back(to_json(c));
     cases.push_back(std::move(one));
   }
-  return Json{{"study", study.name},       {"description", study.description}, {"key", study.key},
-              {"runs", study.runs},        {"seed", study.seed},               {"missing", summary.missing},
-              {"cases", std::move(cases)}}
+  return Json{{"study", study.name}, {"description", study.description}, {"key", study.key},         {"runs", study.runs},
+              {"seed", study.seed},  {"missing", summary.missing},       {"cases", std::move(cases)}}
              .dump(1) +
          "\n";
 }

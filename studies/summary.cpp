@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "common/check.hpp"
 #include "monitor/tables.hpp"
@@ -47,7 +48,7 @@ double mean_of_known(const std::vector<double>& values) {
 
 Summariser::Summariser(const Study& study) : study_(study) {
   for (const StudyCase& one : study.cases) {
-    CaseSummary c{study.scenarios[one.scenario].name, {}, 0, {}};
+    CaseSummary c{study.scenarios[one.scenario].name, {}, 0, {}, why_no_bound(one.drive), {}};
     for (std::size_t a = 0; a < study.grid.size(); ++a) c.point.emplace_back(study.grid[a].key, one.values[a]);
     const auto runs = static_cast<std::size_t>(study.runs);
     for (const StudyEstimator& e : study.estimators)
@@ -79,7 +80,7 @@ void Summariser::add(const RunLine& line) {
     sums.step_time_us += line.step_time_us[k];
     if (e.states.empty()) {
       for (const StateErrors& s : r.states)
-        e.states.push_back({s.state, 0, kNan, 0.0, {}, std::vector<double>(e.eta_of_run.size(), kNan), {}});
+        e.states.push_back({s.state, 0, kNan, 0.0, {}, {}, std::vector<double>(e.eta_of_run.size(), kNan), {}});
       sums.square_sum.resize(r.states.size());
       sums.bound_sum.resize(r.states.size());
     }
@@ -105,6 +106,19 @@ void Summariser::add(const RunLine& line) {
   }
 }
 
+void Summariser::compare_pairs(CaseSummary& c) const {
+  std::vector<std::uint64_t> run(static_cast<std::size_t>(study_.runs));
+  std::iota(run.begin(), run.end(), std::uint64_t{0});
+  const auto eta_of = [&](const std::string& name) -> const std::vector<double>& {
+    const auto found =
+        std::find_if(c.estimators.begin(), c.estimators.end(), [&](const EstimatorSummary& e) { return e.estimator == name; });
+    SLIPSTREAM_CHECK(found != c.estimators.end());
+    return found->eta_of_run;
+  };
+  for (const StudyPair& pair : study_.pairs)
+    c.comparisons.push_back(compare(pair.estimator, eta_of(pair.estimator), pair.against, eta_of(pair.against), run));
+}
+
 Summary Summariser::finish() {
   for (; next_ < study_.items(); ++next_) summary_.missing.push_back(next_);
   for (std::size_t index = 0; index < summary_.cases.size(); ++index) {
@@ -123,8 +137,10 @@ Summary Summariser::finish() {
       e.step_time_us = ratio(sums.step_time_us, e.tally.steps);
       for (std::size_t i = 0; i < e.states.size(); ++i) {
         e.states[i].rmse = std::sqrt(ratio(sums.square_sum[i], e.states[i].samples));
-        if (const double bound = std::sqrt(ratio(sums.bound_sum[i], e.states[i].samples)); std::isfinite(bound))
+        if (const double bound = std::sqrt(ratio(sums.bound_sum[i], e.states[i].samples)); std::isfinite(bound)) {
           e.states[i].bound_rmse = bound;
+          e.states[i].efficiency = bound * bound / (e.states[i].rmse * e.states[i].rmse);
+        }
       }
       std::int64_t inside = 0, banded = 0;
       for (const auto& [t_s, at] : sums.samples) {
@@ -138,14 +154,15 @@ Summary Summariser::finish() {
       }
       if (banded > 0) e.nees_inside = static_cast<double>(inside) / static_cast<double>(banded);
     }
+    compare_pairs(c);
   }
   return std::move(summary_);
 }
 
 std::string replay_command(const Study& study, std::size_t item) {
   const StudyCase& one = study.case_of(item);
-  std::string command = fmt::format("slipstream-plant scenarios/{}.toml --set run.seed={}",
-                                    study.scenarios[one.scenario].name, study.seed_of(study.run_of(item)));
+  std::string command = fmt::format("slipstream-plant scenarios/{}.toml --set run.seed={}", study.scenarios[one.scenario].name,
+                                    study.seed_of(study.run_of(item)));
   for (std::size_t a = 0; a < study.grid.size(); ++a)
     command += fmt::format(" --set '{}={}'", study.grid[a].key, one.values[a]);
   return command;
@@ -173,7 +190,10 @@ std::string summary_text(const Study& study, const Summary& summary) {
       for (const StateSummary& s : e.states)
         if (std::find(states.begin(), states.end(), s.state) == states.end()) states.push_back(s.state);
   Table errors{"Errors", {{"case", false}, {"estimator", false}, {"runs"}, {"eta"}}, {}};
-  for (const std::string& s : states) errors.columns.push_back({fmt::format("RMSE {}", s), true});
+  for (const std::string& s : states) {
+    errors.columns.push_back({fmt::format("RMSE {}", s), true});
+    errors.columns.push_back({"eff.", true});
+  }
   errors.columns.push_back({"worst run", true});
   Table consistency{"Consistency (95 % bands)",
                     {{"case", false}, {"estimator", false}, {"NEES"}, {"n"}, {"NIS"}, {"m"}, {"fell back"}, {"invalid"}},
@@ -185,6 +205,7 @@ std::string summary_text(const Study& study, const Summary& summary) {
         const auto found =
             std::find_if(e.states.begin(), e.states.end(), [&](const StateSummary& s) { return s.state == name; });
         row.push_back(found == e.states.end() ? "-" : number_text(found->rmse));
+        row.push_back(found == e.states.end() || !found->efficiency ? "-" : number_text(*found->efficiency, 3));
       }
       row.push_back(e.worst_run ? fmt::format("{}", *e.worst_run) : "-");
       errors.rows.push_back(std::move(row));
@@ -194,10 +215,17 @@ std::string summary_text(const Study& study, const Summary& summary) {
     }
   }
   std::string text = to_text(errors, 140) + "\n" + to_text(consistency, 140);
+  text += "\neff.: the Cramer-Rao bound's variance over the mean squared error; no estimator is above 1 on the mean\n";
+  for (const CaseSummary& c : summary.cases)
+    if (c.why_no_bound) text += fmt::format("no bound for {}: {}\n", case_name(c), *c.why_no_bound);
+  text += "\nBy eta, run by run\n";
+  for (const CaseSummary& c : summary.cases)
+    for (const Comparison& pair : c.comparisons) text += fmt::format("  {}: {}\n", case_name(c), pair.sentence());
   for (std::size_t index = 0; index < summary.cases.size(); ++index) {
     const CaseSummary& c = summary.cases[index];
     if (c.estimators.empty() || !c.estimators.front().worst_run) continue;
-    const std::size_t item = index * static_cast<std::size_t>(study.runs) + static_cast<std::size_t>(*c.estimators.front().worst_run);
+    const std::size_t item =
+        index * static_cast<std::size_t>(study.runs) + static_cast<std::size_t>(*c.estimators.front().worst_run);
     text += fmt::format("\n{}'s worst run of {}, live, in the folder of the results:\n  {}\n", c.estimators.front().estimator,
                         case_name(c), replay_command(study, item));
     break;  // the others differ in their seed and settings only, which results.json has

@@ -1,5 +1,5 @@
-// The indices of a study, each defined here: a pure function of the lines of its runs, summed in the order of the items, so that
-// the same lines give the same bits whoever made them.
+// The indices of a study, each defined here: a pure function of the lines of its runs, summed in the order of the items, so
+// that the same lines give the same bits whoever made them.
 //
 // e: estimate minus truth; r of N runs, k of the N_k samples of a run, alpha of the n scored states:
 //   eps_k       = 1/N sum_r sqrt(1/n sum_alpha e^2)                                              (document 000, eq. 28)
@@ -11,6 +11,8 @@
 //   NEES: N = runs: errors are correlated in time, so the band is wider than 95 %. With series, NEES_k has its exact band of
 //         N = runs at each sample, and nees_inside is the share of the samples within it (Bar-Shalom, Li, Kirubarajan 2001,
 //         section 5.4.2).
+// Efficiency: the mean of the bound's variance over the mean of e^2 (monitor/bound.hpp). Comparisons are of eta, run by run
+// (comparison.hpp).
 // What is not known (an estimate that is not to be used) is in no mean; the tally counts it.
 #pragma once
 
@@ -22,6 +24,7 @@
 
 #include "models/study.hpp"
 #include "monitor/scores.hpp"
+#include "studies/comparison.hpp"
 #include "studies/run_line.hpp"
 
 namespace slipstream {
@@ -32,8 +35,9 @@ struct StateSummary {
   double rmse;
   double most = 0.0;                 // the largest error of all
   std::optional<double> bound_rmse;  // of the Cramer-Rao bound over the same samples
-  std::vector<double> rmse_of_run;   // NaN where the run is missing or shows nothing
-  std::vector<double> eps_k;         // eps_alpha,k at EstimatorSummary::t_s; with series
+  std::optional<double> efficiency;
+  std::vector<double> rmse_of_run;  // NaN where the run is missing or shows nothing
+  std::vector<double> eps_k;        // eps_alpha,k at EstimatorSummary::t_s; with series
 };
 
 struct EstimatorSummary {
@@ -54,6 +58,8 @@ struct CaseSummary {
   std::vector<std::pair<std::string, std::string>> point;  // key and value of each axis of the grid
   int runs = 0;                                            // that are there
   std::vector<EstimatorSummary> estimators;
+  std::optional<std::string> why_no_bound;
+  std::vector<Comparison> comparisons;
 };
 
 struct Summary {
@@ -69,6 +75,8 @@ class Summariser {
   Summary finish();
 
  private:
+  void compare_pairs(CaseSummary& c) const;
+
   struct Samples {
     std::int64_t runs = 0;
     double norm = 0.0, nees = 0.0;

@@ -1,5 +1,5 @@
-// The list of experiments is complete: every figure and table of document 001's chapter 4 and of document 002's chapters 3 to 7
-// that shows a result has its place.
+// The list of experiments is complete: every figure and table of document 000, of document 001's chapter 4 and of document
+// 002's chapters 3 to 7 that shows a result has its place.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,6 +28,16 @@ TEST(Experiments, EveryFigureOfDocument001IsThereOnce) {
   }
 }
 
+TEST(Experiments, EveryResultOfDocument000IsThereOnce) {
+  const std::map<std::string, int> count = count_of_items("000");
+  std::set<std::string> wanted{"Table 1"};
+  for (int n = 3; n <= 9; ++n) wanted.insert("Fig. " + std::to_string(n));
+  for (const std::string& item : wanted) {
+    ASSERT_TRUE(count.contains(item)) << item;
+    EXPECT_EQ(count.at(item), 1) << item;
+  }
+}
+
 TEST(Experiments, EveryFigureAndTableOfDocument002IsThereOnce) {
   std::map<std::string, int> count = count_of_items("002");
   std::set<std::string> wanted{"Fig. 1"};
@@ -45,8 +55,9 @@ TEST(Experiments, NamesAreUniqueAndFitForFiles) {
     EXPECT_EQ(file_stem(e.name), e.name);
     EXPECT_NE(e.run, nullptr);
     EXPECT_FALSE(e.title.empty());
-    EXPECT_TRUE(e.document == "001" || e.document == "002") << e.name;
-    EXPECT_EQ(e.seeds, e.document == "001" && !e.needs_data ? 50 : 20) << e.name;
+    const std::map<std::string, int> seeds{{"000", 10}, {"001", e.needs_data ? 20 : 50}, {"002", 20}};
+    ASSERT_TRUE(seeds.contains(e.document)) << e.name;
+    EXPECT_EQ(e.seeds, seeds.at(e.document)) << e.name;
   }
 }
 

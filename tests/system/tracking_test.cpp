@@ -1,0 +1,72 @@
+// The whole family of filters as processes: on the point mass that chance pushes, and on every other kind of model.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <deque>
+
+#include "tests/system/doors.hpp"
+#include "tests/system/observer.hpp"
+
+namespace slipstream::test {
+namespace {
+
+std::string scenario(const std::string& name) { return std::string(SLIPSTREAM_SOURCE_DIR) + "/scenarios/" + name + ".toml"; }
+
+const std::vector<std::string> kFamily{"ukf", "sqrt_ukf", "pf", "asir", "rbpf"};
+
+// Plant, monitor and one estimator of each algorithm, in lockstep.
+void play(Bench& bench, const Arguments& plant_arguments, const std::vector<std::string>& algorithms) {
+  std::string all = "monitor";
+  for (const std::string& a : algorithms) all += "," + a;
+  Process plant = bench.plant(plant_arguments + Arguments{"--wait-for", all}), monitor = bench.monitor();
+  std::deque<Process> estimators;
+  for (const std::string& a : algorithms) estimators.push_back(bench.estimator({"--algorithm", a, "--once"}));
+  expect_success(plant);
+  for (Process& e : estimators) expect_success(e);
+  expect_success(monitor);
+}
+
+TEST(Tracking, LiveInLockstepAgainstTheBoundAndAgainFromTheLog) {
+  Bench bench;
+  std::vector<std::string> algorithms = kFamily;
+  algorithms.insert(algorithms.end(), {"ekf", "mhe"});
+  play(bench, {scenario("point_mass")}, algorithms);
+  const nlohmann::json scores = bench.scores();
+  EXPECT_EQ(scores["bound"]["applies"], true) << scores["bound"];
+  for (const std::string& name : algorithms) {
+    const nlohmann::json& estimator = scores["estimators"][name];
+    EXPECT_EQ(estimator["valid"], 101) << name << ": 2.5 s at 40 Hz, both ends";
+    for (const char* state : {"east_m", "north_m"}) {
+      EXPECT_LT(estimator["states"][state]["rmse"], 4.0) << name << ": a fix has 10 m, a good filter some 1.3 m";
+      const double efficiency = estimator["states"][state]["efficiency"];
+      EXPECT_GT(efficiency, 0.1) << name;  // of one run, which scatters: errors are alike for some 60 samples
+      EXPECT_LT(efficiency, 10.0) << name;
+    }
+    Process again = bench.from_log(bench.path("out/run.lcm"), {"--algorithm", name, "--out", bench.path(name + ".lcm")});
+    expect_success(again);
+    const std::vector<Estimate> first = estimates_in(bench.path("out/run.lcm"), name),
+                                second = estimates_in(bench.path(name + ".lcm"), name);
+    ASSERT_EQ(first.size(), 101u) << name;
+    ASSERT_EQ(second.size(), 101u) << name;
+    for (std::size_t i = 0; i < first.size(); ++i) ASSERT_EQ(bits(first[i]), bits(second[i])) << name << " estimate " << i;
+  }
+}
+
+// A second of each kind of model: every estimate valid and its covariance positive, as the monitor sees it.
+TEST(Tracking, EveryFilterWorksOnEveryModelLive) {
+  for (const char* name : {"unimog", "snow_step", "circle"}) {
+    Bench bench;
+    play(bench, {scenario(name), "--set", "run.duration_s=1"}, kFamily);
+    const nlohmann::json scores = bench.scores();
+    EXPECT_EQ(scores["bound"]["applies"], false) << name;
+    for (const std::string& algorithm : kFamily) {
+      const nlohmann::json& estimator = scores["estimators"][algorithm];
+      EXPECT_EQ(estimator["valid"], 101) << name << ", " << algorithm << ": 1 s at 100 Hz, both ends";
+      for (const auto& [state, score] : estimator["states"].items())
+        EXPECT_TRUE(score["rmse"].is_number() || score["rmse"].is_null()) << name << ", " << algorithm << ", " << state;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace slipstream::test
