@@ -28,23 +28,24 @@ void run(benchmark::State& state, Estimator& estimator, const std::array<double,
   }
 }
 
-template <typename Filter>
-void plane(benchmark::State& state, bool redraw) {
+template <typename Filter, typename... Form>
+void plane(benchmark::State& state, const Form&... form) {
   Belief<test::PlaneModel> b;
   b.noise = {{{0.0, 0.3}, {0.0, 0.3}}};
   b.process_variance = {1e-3, 1e-3, 1e-2, 1e-2};
   b.initial_variance = {1.0, 1.0, 1.0, 1.0};
-  std::unique_ptr<Estimator> filter;
-  if constexpr (std::is_constructible_v<Filter, Belief<test::PlaneModel>, SigmaPoints, bool>)
-    filter = std::make_unique<Filter>(b, sigma_points(4, "states", 1.0, 2.0, 0.0), redraw);
-  else
-    filter = std::make_unique<Filter>(b);
+  const std::unique_ptr<Estimator> filter = std::make_unique<Filter>(b, form...);
   run(state, *filter, {0.1, 0.01}, 0.0, 3U);
 }
-BENCHMARK_CAPTURE(plane<Ukf<test::PlaneModel>>, ukf, true);
-BENCHMARK_CAPTURE(plane<Ukf<test::PlaneModel>>, ukf_reused, false);
-BENCHMARK_CAPTURE(plane<SqrtUkf<test::PlaneModel>>, sqrt_ukf, true);
-BENCHMARK_CAPTURE(plane<Ekf<test::PlaneModel>>, ekf, true);
+const SigmaPoints kPoints = sigma_points(test::PlaneModel::kStates, "states", 1.0, 2.0, 0.0);
+void plane_ukf(benchmark::State& state) { plane<Ukf<test::PlaneModel>>(state, kPoints, true); }
+void plane_ukf_reused(benchmark::State& state) { plane<Ukf<test::PlaneModel>>(state, kPoints, false); }
+void plane_sqrt_ukf(benchmark::State& state) { plane<SqrtUkf<test::PlaneModel>>(state, kPoints, true); }
+void plane_ekf(benchmark::State& state) { plane<Ekf<test::PlaneModel>>(state); }
+BENCHMARK(plane_ukf);
+BENCHMARK(plane_ukf_reused);
+BENCHMARK(plane_sqrt_ukf);
+BENCHMARK(plane_ekf);
 
 void point_mass(benchmark::State& state, const char* algorithm, bool redraw) {
   Scenario scenario;
