@@ -33,8 +33,8 @@ class Pack {
   }
   // Implicit on purpose: `2.0 * x` and `T(0)` read as in the formula.
   template <typename S>
-  requires std::is_arithmetic_v<S>
-  Pack(S all) : v_{static_cast<double>(all), static_cast<double>(all), static_cast<double>(all), static_cast<double>(all)} {}
+  requires std::is_arithmetic_v<S> Pack(S all)
+      : v_{static_cast<double>(all), static_cast<double>(all), static_cast<double>(all), static_cast<double>(all)} {}
 
   Pack(double a, double b, double c, double d) : v_{a, b, c, d} {}
 
@@ -66,16 +66,16 @@ class Pack {
   friend Pack select_less(const Pack& a, const Pack& b, const Pack& yes, const Pack& no) {
     return Pack(a.v_ < b.v_ ? yes.v_ : no.v_);
   }
-  friend Pack clamp(const Pack& a, double low, double high) {
-    return select_less(a, low, low, select_less(high, a, high, a));
-  }
+  friend Pack clamp(const Pack& a, double low, double high) { return select_less(a, low, low, select_less(high, a, high, a)); }
   friend Pack sqrt(const Pack& a) {
     Pack r;
     for (int i = 0; i < kLanes; ++i) r.v_[i] = std::sqrt(a.v_[i]);
     return r;
   }
   friend Pack abs(const Pack& a) { return select_less(a, 0.0, -a, a); }
-  friend Pack sin(const Pack& a) { return of_each(a, [](double x) { return batch::sine_cosine_of_turns(x * kTurnsPerRad).sine; }); }
+  friend Pack sin(const Pack& a) {
+    return of_each(a, [](double x) { return batch::sine_cosine_of_turns(x * kTurnsPerRad).sine; });
+  }
   friend Pack cos(const Pack& a) {
     return of_each(a, [](double x) { return batch::sine_cosine_of_turns(x * kTurnsPerRad).cosine; });
   }

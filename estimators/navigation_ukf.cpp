@@ -6,9 +6,9 @@
 //             S = sum w e_i e_i' + (beta - alpha^2) c c' + R,  K = (sum w d_i e_i') S^-1,  x = x [+] K nu
 //             P = sum w (d_i - K e_i)(d_i - K e_i)' + (beta - alpha^2) K c c' K' + K R K'
 //
-// These are the sums about the point in the middle of sigma_points.hpp, and L is the factor there. P of the update is the Joseph
-// form's twin, equal to P - K S K'. The mean is one step of minus() from the middle. Noise is added, Q as in the error-state
-// filter (there is no L to draw it through: it acts on v and phi alike on all axes). f and h:
+// These are the sums about the point in the middle of sigma_points.hpp, and L is the factor there. P of the update is the
+// Joseph form's twin, equal to P - K S K'. The mean is one step of minus() from the middle. Noise is added, Q as in the
+// error-state filter (there is no L to draw it through: it acts on v and phi alike on all axes). f and h:
 // estimators/strapdown_equations.hpp. Q and R are discrete covariances.
 #include <fmt/format.h>
 
@@ -24,10 +24,7 @@ namespace {
 class NavigationUkf final : public NavigationFilter {
  public:
   NavigationUkf(double gravity_mps2, bool biases, OrientationError error, const SigmaPoints& points)
-      : gravity_mps2_(gravity_mps2),
-        biases_(biases),
-        error_(error),
-        points_(points) {}
+      : gravity_mps2_(gravity_mps2), biases_(biases), error_(error), points_(points) {}
 
   OrientationError error() const override { return error_; }
 

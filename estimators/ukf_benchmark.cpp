@@ -15,7 +15,8 @@
 namespace slipstream {
 namespace {
 
-void run(benchmark::State& state, Estimator& estimator, const std::array<double, 2>& u, double speed_mps, std::uint32_t measured) {
+void run(benchmark::State& state, Estimator& estimator, const std::array<double, 2>& u, double speed_mps,
+         std::uint32_t measured) {
   estimator.start_given();
   // Noise that the compiler cannot foresee, around where the start is.
   std::array<std::array<double, 3>, 64> z{};

@@ -1,5 +1,7 @@
 // The unscented filters: the Kalman filter where the model is linear, closed-form moments where it is quadratic, one another
 // everywhere; consistent, not worse than the EKF, and sound where things go wrong.
+#include "estimators/ukf.hpp"
+
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -9,7 +11,6 @@
 #include "estimators/ekf.hpp"
 #include "estimators/follower.hpp"
 #include "estimators/sqrt_ukf.hpp"
-#include "estimators/ukf.hpp"
 #include "io/scenario_reader.hpp"
 #include "tests/estimators/linear_model.hpp"
 #include "tests/support/in_process.hpp"
@@ -100,7 +101,7 @@ TEST(Ukf, UsedAgainThePointsLackTheProcessNoise) {
     e->start_given();
     const std::array<double, 1> u{0.0};
     const std::array<double, 2> z{0.0, 1.5};
-    e->step({1e-9, u, z, 2U});  // so short that nothing moves
+    e->step({1e-9, u, z, 2U});                                          // so short that nothing moves
     EXPECT_NEAR(e->posterior().innovation_covariance[3], P + R, 1e-9);  // the time that passes
     EXPECT_NEAR(e->posterior().mean[1], K * 1.5, 1e-9);
     EXPECT_NEAR(e->posterior().covariance[3], (1.0 - K) * (1.0 - K) * P + K * K * R + Q, 1e-9);
@@ -145,7 +146,8 @@ constexpr double kR = 0.01;
 
 // What is believed of z before it is measured: its mean, and its variance without R.
 template <template <int> class Spread, int N>
-Eigen::Vector2d predicted(const Quadratic<N>& model, const Vector<double, N>& x, const Vector<double, N>& variance, const Form& f) {
+Eigen::Vector2d predicted(const Quadratic<N>& model, const Vector<double, N>& x, const Vector<double, N>& variance,
+                          const Form& f) {
   Belief<Quadratic<N>> b;
   b.model = model;
   b.noise = {{{0.0, std::sqrt(kR)}}};
@@ -221,7 +223,8 @@ TEST(SqrtUkf, FactorIsThatOfTheSumWithUpdatesAndDowndates) {
     Vector<double, 5> v, c;
     for (int i = 0; i < 5; ++i) {
       for (int k = 0; k < 12; ++k) dense(i, k) = random.normal();
-      for (int p = 0; p < 3; ++p) rows.at[i][p] = Pack(dense(i, 4 * p), dense(i, 4 * p + 1), dense(i, 4 * p + 2), dense(i, 4 * p + 3));
+      for (int p = 0; p < 3; ++p)
+        rows.at[i][p] = Pack(dense(i, 4 * p), dense(i, 4 * p + 1), dense(i, 4 * p + 2), dense(i, 4 * p + 3));
       v[i] = 0.1 * (i + 1);
       c[i] = random.normal();
     }
@@ -291,8 +294,7 @@ TEST_P(ShippedUkf, BothFormsAreOneFilterNearTheEkf) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenarios, ShippedUkf,
-                         testing::Values("unimog", "unimog_pf", "circle", "snow_step", "point_mass"));
+INSTANTIATE_TEST_SUITE_P(Scenarios, ShippedUkf, testing::Values("unimog", "unimog_pf", "circle", "snow_step", "point_mass"));
 
 TEST(Ukf, FrictionOfTheUnimogIsAsGoodAsTheEkfs) {
   Scenario scenario = shipped("unimog");
@@ -408,8 +410,9 @@ TEST(Ukf, TheNameWorksOnBothKindsOfModels) {
     make_follower("sqrt_ukf", "test", 1, city, city.estimator.tuning, {});
     FAIL() << "not refused";
   } catch (const Refusal& refusal) {
-    EXPECT_STREQ(refusal.what(),
-                 "algorithm 'sqrt_ukf' does not work on the model of scenario 'city' ('strapdown'); expected one of: es_ekf, ukf");
+    EXPECT_STREQ(
+        refusal.what(),
+        "algorithm 'sqrt_ukf' does not work on the model of scenario 'city' ('strapdown'); expected one of: es_ekf, ukf");
   }
 }
 
