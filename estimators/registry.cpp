@@ -14,6 +14,8 @@ namespace slipstream {
 
 // Each is defined in the .cpp of its name; the hierarchical ones in hierarchical.cpp.
 std::unique_ptr<Estimator> make_ekf(const Scenario& scenario, const Tuning& tuning);
+std::unique_ptr<Estimator> make_ukf(const Scenario& scenario, const Tuning& tuning);
+std::unique_ptr<Estimator> make_sqrt_ukf(const Scenario& scenario, const Tuning& tuning);
 std::unique_ptr<Estimator> make_mhe(const Scenario& scenario, const Tuning& tuning);
 std::unique_ptr<Estimator> make_pf(const Scenario& scenario, const Tuning& tuning);
 std::unique_ptr<Estimator> make_hierarchical_ekf(const Scenario& scenario, const Tuning& tuning);
@@ -28,13 +30,15 @@ struct Entry {
 
 constexpr Entry kAlgorithms[] = {
     {"ekf", make_ekf},
+    {"ukf", make_ukf},
+    {"sqrt_ukf", make_sqrt_ukf},
     {"mhe", make_mhe},
     {"pf", make_pf},
     {"hierarchical_ekf", make_hierarchical_ekf},
     {"hierarchical_mhe", make_hierarchical_mhe},
 };
 
-// Of a strapdown model.
+// Of a strapdown model; a name may stand in both lists.
 struct NavigationAlgorithm {
   const char* name;
   std::unique_ptr<NavigationFilter> (*make)(const Strapdown&, const StrapdownTuning&);
@@ -87,7 +91,8 @@ const Tuning& tuning_of(const Scenario& scenario, const std::string& tuning) {
 std::vector<std::string> algorithm_names() {
   std::vector<std::string> names;
   for (const Entry& e : kAlgorithms) names.emplace_back(e.name);
-  for (const NavigationAlgorithm& e : kNavigation) names.emplace_back(e.name);
+  for (const NavigationAlgorithm& e : kNavigation)
+    if (std::find(names.begin(), names.end(), e.name) == names.end()) names.emplace_back(e.name);
   return names;
 }
 

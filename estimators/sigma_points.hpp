@@ -31,13 +31,13 @@ struct SigmaPoints {
 
 // Of n dimensions, which the refusal calls `what`.
 inline SigmaPoints sigma_points(int n, const char* what, double alpha, double beta, double kappa) {
-  if (!(n + kappa > 0.0))
-    throw Refusal(fmt::format("ukf_kappa = {} must be more than -{}, the number of {}", kappa, n, what));
+  if (!(n + kappa > 0.0)) throw Refusal(fmt::format("ukf_kappa = {} must be more than -{}, the number of {}", kappa, n, what));
   const double squared_reach = alpha * alpha * (n + kappa);
   return {std::sqrt(squared_reach), 0.5 / squared_reach, beta - alpha * alpha};
 }
 
-// P = L L' by L D L', so that no pivot waits for the root of the last one. False if P is indefinite; what is not finite stays so.
+// P = L L' by L D L', so that no pivot waits for the root of the last one. False if P is indefinite; what is not finite stays
+// so.
 template <int N>
 bool semidefinite_factor(const Matrix<double, N>& p, double (&l)[N][N]) {
   constexpr double kDigits = 1e-14;  // of a pivot against its diagonal: what up to a score of subtractions leave of a zero

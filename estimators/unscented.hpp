@@ -29,8 +29,8 @@
 #include "estimators/gaussian_estimator.hpp"
 #include "estimators/sigma_points.hpp"
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__)
-#define SLIPSTREAM_CAN_CHOOSE_FOURS 1  // without optimisation packs would be handed over between two kinds of functions
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define SLIPSTREAM_CAN_CHOOSE_FOURS 1
 #endif
 
 namespace slipstream {

@@ -1,4 +1,4 @@
-// The steps of EKF, hierarchical EKF, particle filter and strapdown filters allocate nothing on the heap. The C library's
+// The steps of EKF, UKF, hierarchical EKF, particle filter and strapdown filters allocate nothing on the heap. The C library's
 // allocator is counted in this whole test program.
 #include <gtest/gtest.h>
 
@@ -11,6 +11,8 @@
 #include "estimators/hierarchical.hpp"
 #include "estimators/navigation.hpp"
 #include "estimators/particle_filter.hpp"
+#include "estimators/sqrt_ukf.hpp"
+#include "estimators/ukf.hpp"
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define SLIPSTREAM_COUNTS_ALLOCATIONS 1
@@ -80,6 +82,11 @@ TEST(NoHeap, StepsAllocateNothing) {
 #else
   const std::unique_ptr<Estimator> ekf = std::make_unique<Ekf<LongitudinalFriction> >(belief());
   EXPECT_EQ(allocations_of_steps(*ekf), 0);
+  const SigmaPoints points = sigma_points(LongitudinalFriction::kStates, "states", 1.0, 2.0, 0.0);
+  for (const bool redraw : {true, false}) {
+    EXPECT_EQ(allocations_of_steps(*std::make_unique<Ukf<LongitudinalFriction> >(belief(), points, redraw)), 0);
+    EXPECT_EQ(allocations_of_steps(*std::make_unique<SqrtUkf<LongitudinalFriction> >(belief(), points, redraw)), 0);
+  }
   const Belief<WheelFriction> first{WheelFriction{}, belief().noise, {1e-3, 5e-4}, false, {0.5, 0.0}, {0.01, 0.04}};
   Hierarchical hierarchical(belief(), first, std::make_unique<Ekf<WheelFriction> >(first));
   EXPECT_EQ(allocations_of_steps(hierarchical), 0);
