@@ -6,8 +6,8 @@
 #include <cmath>
 #include <deque>
 #include <functional>
-#include <map>
 #include <limits>
+#include <map>
 #include <optional>
 #include <utility>
 
