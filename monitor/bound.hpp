@@ -2,7 +2,7 @@
 //
 //   E[(x^_k - x_k)(x^_k - x_k)'] >= J_k^-1
 //
-// J_k: the recursion of Tichavsky, Muravchik and Nehorai (IEEE Transactions on Signal Processing 46, 1998, eqs 34 to 36) for
+// J_k: the recursion of Tichavsky, Muravchik and Nehorai (IEEE Transactions on Signal Processing 46, 1998, Proposition 1) for
 // additive Gaussian noise, in the form of bound_recursion.hpp. Mean is over the draws of start, process noise and measurement
 // noise together, so the errors of a single run may lie below the bound: only their mean square over many runs may not.
 //

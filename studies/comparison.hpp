@@ -9,7 +9,7 @@
 //
 // Interval of 95 % for d: bootstrap over runs, whose pairs stay together, with kResamples resamples. Its ends are the order
 // statistics of d at p and 1 - p, p = Phi(-sqrt(n/(n-1)) t_(n-1)(0.975)) instead of 0.025: the expanded percentile interval
-// (Hesterberg, The American Statistician 69, 2015, section 4.1), which makes up for the narrowness of small samples. With an
+// (Hesterberg, The American Statistician 69, 2015), which makes up for the narrowness of small samples. With an
 // interval that has 0 in it, or a d that only rounding can have made (below kNegligible), it is a tie. No interval for n below
 // kFewest.
 //
