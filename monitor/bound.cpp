@@ -40,7 +40,9 @@ std::map<std::string, double> parameters_of(const P& p) {
 }
 
 template <typename M>
-constexpr bool kSaysWhatItIs = requires { M::kExactFor; };
+constexpr bool kSaysWhatItIs = requires {
+  M::kExactFor;
+};
 
 // Why the model's equations are not the plant's; empty if they are.
 template <ProcessModel M, Vehicle V>
@@ -56,8 +58,8 @@ std::string mismatch(const M& model, const V& vehicle) {
     if (M::kExactFor == V::kName) {
       for (const auto& [key, value] : parameters_of(model))
         if (const auto own = plant.find(key); own != plant.end() && own->second != value)
-          return fmt::format("{} is {:g} in estimator.model and {:g} in the plant, whose own equations the bound needs", key, value,
-                             own->second);
+          return fmt::format("{} is {} in estimator.model and {} in the plant, whose own equations the bound needs", key,
+                             value, own->second);
       return "";
     }
   }
@@ -95,8 +97,8 @@ int output_of(const SensorConfig& sensor) {
 template <ProcessModel M>
 std::string why_not(const Scenario& scenario) {
   const PlantConfig& plant = scenario.plant;
-  const bool is_pushed = std::any_of(plant.process_noise.begin(), plant.process_noise.end(),
-                                     [](const auto& item) { return item.second > 0.0; });
+  const bool is_pushed =
+      std::any_of(plant.process_noise.begin(), plant.process_noise.end(), [](const auto& item) { return item.second > 0.0; });
   if (!is_pushed)
     return "the plant has no process noise: once its start is known so is its state, and the least error is or becomes zero";
   if (!is_multiple(plant.truth_rate_hz, plant.process_noise_rate_hz))
@@ -147,7 +149,8 @@ const std::vector<double>* BoundSeries::of(const std::string& state) const {
 
 std::optional<std::string> why_no_bound(const Scenario& scenario) {
   if (scenario.recorded) return "the drive is recorded: what disturbed it and how its sensors err is not known";
-  if (scenario.estimator.strapdown) return "the inputs of a strapdown model are an IMU's noisy readings, and the bound needs true ones";
+  if (scenario.estimator.strapdown)
+    return "the inputs of a strapdown model are an IMU's noisy readings, and the bound needs true ones";
   std::string reason = std::visit([](const auto& model, const auto& vehicle) { return mismatch(model, vehicle); },
                                   scenario.estimator.process, scenario.plant.vehicle);
   if (reason.empty())

@@ -5,9 +5,9 @@
 //   P^-1   = (P-)^-1 + sum_i (h_i h_i'/R_i + r_i r_i'/(2 R_i^2)),   h_i = dh_i/dx,   r_i = dR_i/dx
 //
 // f is the flow over an interval, Q what pushes the state at some instants. The second term is the information of a variance
-// that depends on the state (Kay 1993, Fundamentals of Statistical Signal Processing I, eq. 3.31): with a relative noise
-// R = rho^2 h^2 + sigma^2 (models/sensors/noise.hpp), so r = 2 rho^2 h dh/dx. An information c c'/s is taken in as a measurement
-// of c'x with the variance s: K = P c/(c'P c + s), P = (1 - K c') P (1 - K c')' + s K K'.
+// that depends on the state (Kay 1993, Fundamentals of Statistical Signal Processing I, section 3.9): with a relative noise
+// R = rho^2 h^2 + sigma^2 (models/sensors/noise.hpp), so r = 2 rho^2 h dh/dx. An information c c'/s is taken in as a
+// measurement of c'x with the variance s: K = P c/(c'P c + s), P = (1 - K c') P (1 - K c')' + s K K'.
 #pragma once
 
 #include <fmt/format.h>
@@ -138,8 +138,8 @@ Bound trajectory_bound(const BoundProblem<M>& problem, const TrueRun& run) {
     if (k > 0) {
       Vector<double, n> to;
       Matrix<double, n> F;
-      transition_and_jacobian(problem.model, x, Vector<double, M::kInputs>(0.5 * (u + u_here)),
-                              seconds(now - run.utime[k - 1]), to, F);
+      transition_and_jacobian(problem.model, x, Vector<double, M::kInputs>(0.5 * (u + u_here)), seconds(now - run.utime[k - 1]),
+                              to, F);
       recursion.advance(F);
     }
     if (is_pushed && pushing.next() == now) {

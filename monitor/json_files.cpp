@@ -163,7 +163,8 @@ Json bound(const Bound& b) {
     for (const double variance : series->variance[i]) sum += variance;
     states[series->states[i]] = {{"rmse_bound", number(std::sqrt(sum / static_cast<double>(series->utime.size())))}};
   }
-  return {{"applies", series != nullptr}, {"why_not", series ? Json(nullptr) : Json(std::get<std::string>(b))}, {"states", states}};
+  return {
+      {"applies", series != nullptr}, {"why_not", series ? Json(nullptr) : Json(std::get<std::string>(b))}, {"states", states}};
 }
 
 }  // namespace

@@ -88,8 +88,10 @@ class Page {
       out_ += fmt::format("<p>{}</p>\n", html_escape(none));
     else
       out_ +=
-          "<p>Efficiency: the posterior Cramer-Rao bound over the mean squared error, both summed over the scored instants. 1 is the "
-          "best that an estimator can do on the average of many runs; on a single run, as here, it scatters and may exceed 1.</p>\n";
+          "<p>Efficiency: the posterior Cramer-Rao bound over the mean squared error, both summed over the scored instants. 1 "
+          "is the "
+          "best that an estimator can do on the average of many runs; on a single run, as here, it scatters and may exceed "
+          "1.</p>\n";
     table(consistency_table(results_));
     out_ +=
         "<p>NEES and NIS are the means of the squared error and innovation, each normalised by the covariance that the "

@@ -26,13 +26,13 @@ struct Results {
   const WallTimes& times;
 };
 
-// scores.json: bound is the posterior Cramer-Rao bound of the run (bound.hpp): whether it applies, or why not, and its RMSE of each
-// state over all samples of the truth; an estimator's rmse_bound is over its own scored instants, and its efficiency is
-// (rmse_bound/rmse)^2 (scores.hpp). Keys under run.times, step_time_us and deadline_misses depend on the wall clock; everything else is the same for
-// every lockstep run of a scenario. What is not known is null. An estimator's nis.dimension is the mean number of measurements
-// of a step, fractional where sensors have unequal rates; nis and those of its sensors are of what was not gated; its warnings
-// are what is wrong with its sensors (diagnosis.hpp), with what was fitted in m and rad; its name_conflict is there, and true,
-// only if two used its name.
+// scores.json: bound is the posterior Cramer-Rao bound of the run (bound.hpp): whether it applies, or why not, and its RMSE of
+// each state over all samples of the truth; an estimator's rmse_bound is over its own scored instants, and its efficiency is
+// (rmse_bound/rmse)^2 (scores.hpp). Keys under run.times, step_time_us and deadline_misses depend on the wall clock; everything
+// else is the same for every lockstep run of a scenario. What is not known is null. An estimator's nis.dimension is the mean
+// number of measurements of a step, fractional where sensors have unequal rates; nis and those of its sensors are of what was
+// not gated; its warnings are what is wrong with its sensors (diagnosis.hpp), with what was fitted in m and rad; its
+// name_conflict is there, and true, only if two used its name.
 std::string scores_json(const Results& results);
 
 // series.csv: one row per utime. Writes through a temporary file.

@@ -28,7 +28,7 @@ struct RunInfo {
   std::string clock;     // "lockstep", "realtime" or "free"
   std::string scenario;  // name; empty: the scenario could not be read
   std::string description;
-  std::string scenario_toml;  // resolved
+  std::string scenario_toml;              // resolved
   std::shared_ptr<const Scenario> setup;  // what it says; null: the scenario could not be read
   std::optional<std::uint64_t> seed;
   std::optional<double> duration_s;

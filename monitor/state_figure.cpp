@@ -1,6 +1,6 @@
-// The figures of states: truth, measurements and estimates, and errors, each with its claimed 3-sigma band and, where there is one,
-// the bound. One state with its errors below, or several that belong together. Angles are on the turn of their truth, so that no
-// curve jumps.
+// The figures of states: truth, measurements and estimates, and errors, each with its claimed 3-sigma band and, where there is
+// one, the bound. One state with its errors below, or several that belong together. Angles are on the turn of their truth, so
+// that no curve jumps.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -106,12 +106,12 @@ std::string error_panel(const FigureContext& context, const std::string& name, c
   for (const Entry& e : entries) append_finite(errors, e.error, true);
   if (errors.empty()) return "";
   Panel& panel = plot.panel(label, height_px);
-  // The errors decide the range; a band widens it as long as the errors stay readable.
+  // The errors decide the range, and the bound; a band widens it as long as the errors stay readable.
   const double largest = std::max(percentile(errors, 0.995), 1e-12);
   double reach = 1.3 * largest;
   for (const Entry& e : entries)
     if (1.3 * e.typical_band <= 4.0 * largest) reach = std::max(reach, 1.3 * e.typical_band);
-  if (const double typical = percentile(bound.sigma, 0.5); 1.3 * typical <= 4.0 * largest) reach = std::max(reach, 1.3 * typical);
+  if (!bound.sigma.empty()) reach = std::max(reach, 1.3 * percentile(bound.sigma, 0.5));
   panel.y_range = Band{-reach, reach};
   std::string remark;
   for (const Entry& e : entries) {
@@ -136,7 +136,8 @@ std::string error_panel(const FigureContext& context, const std::string& name, c
 constexpr const char* kBand =
     "Shaded: the three standard deviations that each estimator claims, to either side. What lies outside the axes is cut off.";
 constexpr const char* kBoundCaption =
-    " Dashed: one standard deviation of the posterior Cramer-Rao bound, below which no estimator's root mean square over many runs "
+    " Dashed: one standard deviation of the posterior Cramer-Rao bound, below which no estimator's root mean square over many "
+    "runs "
     "can be; a single run may.";
 
 }  // namespace
@@ -156,10 +157,9 @@ Figure state_figure(const FigureContext& context, const std::string& name) {
     plot.line_entry(values, kBoundStyle, kBoundTitle);
     ++legend;
   }
-  const std::string caption = has_errors
-                                  ? std::string("Above: value. Below: estimate minus truth. ") + kBand +
-                                        (has_bound ? kBoundCaption : "") + remark
-                                  : "Value, with the band of three standard deviations that each estimator claims.";
+  const std::string caption = has_errors ? std::string("Above: value. Below: estimate minus truth. ") + kBand +
+                                               (has_bound ? kBoundCaption : "") + remark
+                                         : "Value, with the band of three standard deviations that each estimator claims.";
   return {"state-" + name, readable_name(name), caption + context.marks_text(), plot.text(legend_rows(legend))};
 }
 
@@ -184,10 +184,10 @@ std::vector<Figure> group_figures(const FigureContext& context, const std::strin
        "Values, with the band of three standard deviations that each estimator claims." + context.marks_text(),
        values.text(legend_rows(legend))}};
   if (!errors.empty())
-    figures.push_back({"error-" + id, title + ", errors",
-                       std::string("Estimate minus truth. ") + kBand + (has_bound ? kBoundCaption : "") + remarks +
-                           context.marks_text(),
-                       errors.text(legend_rows(estimators + (has_bound ? 1 : 0)))});
+    figures.push_back(
+        {"error-" + id, title + ", errors",
+         std::string("Estimate minus truth. ") + kBand + (has_bound ? kBoundCaption : "") + remarks + context.marks_text(),
+         errors.text(legend_rows(estimators + (has_bound ? 1 : 0)))});
   return figures;
 }
 

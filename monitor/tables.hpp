@@ -18,8 +18,8 @@ struct Table {
   std::vector<std::vector<std::string>> rows;
 };
 
-// One row per state and estimator: R2, the published R2 where there is one, RMSE, largest error, and the efficiency where there is
-// a bound.
+// One row per state and estimator: R2, the published R2 where there is one, RMSE, largest error, and the efficiency where there
+// is a bound.
 Table accuracy_table(const Results& results);
 // One row per estimator: NEES and NIS with their mean dimensions n and m and their 95 % bands.
 Table consistency_table(const Results& results);

@@ -86,8 +86,8 @@ std::string Comparison::sentence() const {
   if (used == 0)
     text = fmt::format("{} and {} cannot be compared: no run has a number of both", first, second);
   else if (verdict == Verdict::kTooFewRuns)
-    text = fmt::format("{} and {} differ by {:.2g} % in {} run{}, too few for an interval (at least {})", first, second, by, used,
-                       used == 1 ? "" : "s", kFewest);
+    text = fmt::format("{} and {} differ by {:.2g} % in {} run{}, too few for an interval (at least {})", first, second, by,
+                       used, used == 1 ? "" : "s", kFewest);
   else if (verdict == Verdict::kTie)
     text = fmt::format("tie: {} and {} differ by {}, n = {}", first, second, per_cent(by, off), used);
   else
@@ -124,7 +124,7 @@ Comparison compare(const std::string& first, std::span<const double> a, const st
   std::tie(c.low, c.high) =
       bootstrap_interval(e, RandomStream(0, 0, "comparison." + std::min(first, second) + "." + std::max(first, second)));
   const bool is_tie = std::abs(c.difference) < Comparison::kNegligible || (c.low <= 0.0 && c.high >= 0.0);
-  c.verdict = is_tie                  ? Comparison::Verdict::kTie
+  c.verdict = is_tie               ? Comparison::Verdict::kTie
               : c.difference > 0.0 ? Comparison::Verdict::kFirstIsBetter
                                    : Comparison::Verdict::kSecondIsBetter;
   return c;

@@ -4,9 +4,9 @@
 //   eps_k       = 1/N_MC sum_r             sqrt(1/n_x sum_alpha e^2)
 //   eps_alpha,k = 1/N_MC sum_r |e|                                                       (document 000, eqs 27 to 30)
 //
-// The states may have different units, as the document's do: eta and eps_k are then of the numbers in these units, and who calls
-// chooses the states. What is not known (NaN) makes what it enters not known, so that an estimator gains nothing by giving no
-// estimate where it is hard; a run whose eta is not known is left out of the averages and counted.
+// The states may have different units, as the document's do: eta and eps_k are then of the numbers in these units, and who
+// calls chooses the states. What is not known (NaN) makes what it enters not known, so that an estimator gains nothing by
+// giving no estimate where it is hard; a run whose eta is not known is left out of the averages and counted.
 #pragma once
 
 #include <cstddef>

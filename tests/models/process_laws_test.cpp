@@ -158,7 +158,8 @@ TYPED_TEST(ProcessLaws, AModelThatClaimsToBeAVehicleIsThat) {
         }
       };
       (try_one(std::variant_alternative_t<I, AnyVehicle>()), ...);
-    }(std::make_index_sequence<std::variant_size_v<AnyVehicle>>());
+    }
+    (std::make_index_sequence<std::variant_size_v<AnyVehicle>>());
     EXPECT_EQ(met, 1) << "no vehicle is called " << TypeParam::kExactFor;
   }
 }

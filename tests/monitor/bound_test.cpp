@@ -127,8 +127,7 @@ TEST(Bound, HoldsWhereProcessNoiseAndStartAreSingular) {
   problem.push_variance = {q, 0.0};
   problem.push_rate_hz = 10.0;
   problem.sensors = {{0, {0.0, std::sqrt(r)}, 10.0}, {1, {0.0, 0.1}, 10.0}};
-  const Bound bound =
-      trajectory_bound(problem, Still(10.0, 5.0, {{"p_m", 0.0}, {"v_mps", 1.0}, {"u_mps2", 0.0}}).run());
+  const Bound bound = trajectory_bound(problem, Still(10.0, 5.0, {{"p_m", 0.0}, {"v_mps", 1.0}, {"u_mps2", 0.0}}).run());
   const auto& series = std::get<BoundSeries>(bound);
   double P = 0.0;
   for (std::size_t k = 0; k < series.utime.size(); ++k) {
@@ -186,7 +185,8 @@ TEST(Bound, NeedsTheTruthWhereSomethingHappens) {
   EXPECT_EQ(why(hole), "the truth at 0.2 s is not known");
   EXPECT_EQ(why(Still(10.0, 1.0, {{"x", 1.0}})), "the run has no truth of u");
   EXPECT_EQ(why(Still(10.0, 1.0, {{"x", 0.0}, {"u", 0.0}})), "x is measured without noise at 0 s");
-  EXPECT_TRUE(std::get<BoundSeries>(trajectory_bound(problem, Still(10.0, -1.0, {{"x", 1.0}, {"u", 0.0}}).run())).utime.empty());
+  EXPECT_TRUE(
+      std::get<BoundSeries>(trajectory_bound(problem, Still(10.0, -1.0, {{"x", 1.0}, {"u", 0.0}}).run())).utime.empty());
 }
 
 Scenario point_mass() {

@@ -1,6 +1,7 @@
 // A small run for the tests of this room, said message by message to a Session, and what comes back.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,7 @@ class TestRun {
                RunInfo info;
                info.scenario = "test";
                info.scenario_toml = m.scenario_toml;
+               info.setup = scenario;
                info.seed = 3;
                info.duration_s = 1.0;
                info.deadline_s = 0.01;
@@ -82,6 +84,7 @@ class TestRun {
 
   static constexpr std::int64_t kRun = 77;
   static constexpr Utime kStep = 100'000;
+  std::shared_ptr<const Scenario> scenario;  // null: not known
   RunDescriptor descriptor;
   Announcement announcement;
   int opened = 0;

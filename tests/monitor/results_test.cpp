@@ -63,6 +63,10 @@ TEST(ScoresJson, KeepsItsContract) {
   EXPECT_NEAR(e["states"]["speed_mps"]["max_abs_error"].get<double>(), 1.0, 1e-12);
   EXPECT_EQ(e["states"]["friction"]["rmse"], 0.0);
   EXPECT_TRUE(e["states"]["friction"]["r2"].is_null());  // constant truth
+  EXPECT_EQ(j["bound"]["applies"], false);
+  EXPECT_EQ(j["bound"]["why_not"], "the scenario is not known");
+  EXPECT_TRUE(j["bound"]["states"].empty());
+  for (const char* key : {"rmse_bound", "efficiency"}) EXPECT_TRUE(e["states"]["speed_mps"].at(key).is_null()) << key;
   EXPECT_DOUBLE_EQ(e["nees_mean"].get<double>(), 0.25);
   EXPECT_DOUBLE_EQ(e["nis_mean"].get<double>(), 1.0);
   EXPECT_EQ(e["step_time_us"]["p50"], 105.0);

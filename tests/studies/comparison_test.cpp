@@ -158,12 +158,10 @@ TEST(Comparison, SaysItInASentence) {
 TEST(Comparison, TellsTheRunsThatFailed) {
   std::vector<double> a(40, 1.0), b(40, 2.0);
   b[3] = b[7] = b[39] = kNan;
-  EXPECT_EQ(compared(a, b).sentence(),
-            "ukf better than pf by 50 % +-0, n = 37; 3 of 40 runs left out: pf gave no estimate");
+  EXPECT_EQ(compared(a, b).sentence(), "ukf better than pf by 50 % +-0, n = 37; 3 of 40 runs left out: pf gave no estimate");
   a[3] = a[4] = std::numeric_limits<double>::infinity();
   const Comparison c = compared(a, b);
-  EXPECT_EQ(c.sentence(),
-            "ukf better than pf by 50 % +-0, n = 36; 4 of 40 runs left out: ukf gave no estimate in 2, pf in 3");
+  EXPECT_EQ(c.sentence(), "ukf better than pf by 50 % +-0, n = 36; 4 of 40 runs left out: ukf gave no estimate in 2, pf in 3");
   EXPECT_EQ(c.failed_first, 2u);
   EXPECT_EQ(c.failed_second, 3u);
 }

@@ -15,7 +15,7 @@ TEST(Indices, ByHand) {
   IndexAverage average;
   const RunIndices first = run_indices(Errors{{3.0, 6.0}, {-4.0, 8.0}});
   const double root = std::sqrt(2.0);
-  EXPECT_NEAR(first.eps[0], 5.0 / root, 1e-15);   // rounding
+  EXPECT_NEAR(first.eps[0], 5.0 / root, 1e-15);  // rounding
   EXPECT_NEAR(first.eps[1], 10.0 / root, 1e-15);
   EXPECT_NEAR(first.eta, 7.5 / root, 1e-15);
   EXPECT_EQ(first.eps_state, (Errors{{3.0, 6.0}, {4.0, 8.0}}));
