@@ -20,7 +20,7 @@ TEST(Item, IsAnOrdinaryRunOfTheScenarioWithItsSeed) {
   EXPECT_EQ(line.seed, study.seed_of(2));
   Scenario scenario = study.cases[0].drive;
   scenario.run.seed = line.seed;
-  const Played played = slipstream::play(scenario, {{"ekf", "matched"}}, nullptr, {"east_m", "north_m"});
+  const Played played = slipstream::play(scenario, {{"ekf", "matched", "", nullptr}}, nullptr, {"east_m", "north_m"});
   const EstimatorRun& ekf = line.estimators[0];
   EXPECT_EQ(ekf.estimator, "ekf");
   EXPECT_EQ(ekf.tally.steps, 21);  // 0 ... 0.5 s at 40 Hz

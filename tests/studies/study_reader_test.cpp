@@ -43,7 +43,11 @@ TEST(StudyReader, TheGridIsAProductOfWhichTheLastAxisTurnsFastest) {
   const Study s = read_small(folder, small_study(grid));
   ASSERT_EQ(s.cases.size(), 4U);
   EXPECT_EQ(s.items(), 12U);
-  const auto speed_noise = [&](std::size_t i) { return s.cases[i].drive.sensors[2].noise.absolute; };
+  const auto speed_noise = [&](std::size_t i) {
+    for (const SensorConfig& sensor : s.cases[i].drive.sensors)
+      if (sensor.type == "forward_speed") return sensor.noise.absolute;
+    return 0.0;
+  };
   const auto steering = [&](std::size_t i) { return std::get<PointMass>(s.cases[i].drive.plant.vehicle).steering_rad[0]; };
   const double expected[4][2] = {{5.0, 0.0}, {5.0, 0.01}, {2.5, 0.0}, {2.5, 0.01}};
   for (std::size_t i = 0; i < 4; ++i) {
