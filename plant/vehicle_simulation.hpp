@@ -35,21 +35,37 @@ class VehicleSimulation {
     }
   }
 
-  // Adds to the state, now.
+  // Adds to the state, now. What nothing depends on is shifted beside the integrator, which then need not start afresh.
   void push(const State& by) {
-    const State x = state() + by;
+    State rest = by;
+    if constexpr (kHasIgnorable) {
+      for (int i = 0; i < kStates; ++i) {
+        if (!V::kIgnorable[static_cast<std::size_t>(i)]) continue;
+        shift_[i] += by[i];
+        rest[i] = 0.0;
+      }
+    }
+    if (rest.isZero(0.0)) return;
+    const State x = integrated() + rest;
     integrator_.restart(as_span(x));
   }
 
   double time_s() const { return integrator_.time_s(); }
-  State state() const { return Eigen::Map<const State>(integrator_.state().data()); }
+  State state() const {
+    if constexpr (kHasIgnorable) return integrated() + shift_;
+    return integrated();
+  }
   const Mode& mode() const { return mode_; }
   RigidMotion motion() const requires MovingVehicle<V> { return vehicle_.motion(state(), mode_); }
   const V& vehicle() const { return vehicle_; }
   const std::vector<ModeChange>& changes() const { return changes_; }
 
  private:
+  static constexpr bool kHasIgnorable = requires { V::kIgnorable; };
+
   static std::span<const double> as_span(const State& x) { return {x.data(), static_cast<std::size_t>(kStates)}; }
+
+  State integrated() const { return Eigen::Map<const State>(integrator_.state().data()); }
 
   OdeSystem system() {
     OdeSystem s;
@@ -79,6 +95,7 @@ class VehicleSimulation {
   V vehicle_;
   Mode mode_;
   CvodeIntegrator integrator_;
+  State shift_ = State::Zero();
   std::vector<ModeChange> changes_;
 };
 

@@ -4,6 +4,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -13,15 +14,13 @@ namespace {
 constexpr double kRedraw_s = 0.2;  // on a terminal
 constexpr double kPrint_s = 5.0;   // elsewhere
 
-bool is_terminal() {
-  static const bool terminal = ::isatty(STDOUT_FILENO) == 1;
-  return terminal;
-}
-
+// Columns of the terminal; 0: nobody sees a line being redrawn (a file, or the pseudo-terminal of mpirun, which has no size).
 std::size_t width() {
   winsize size{};
-  return ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 10 ? size.ws_col - 1U : 79U;
+  return ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 10 ? size.ws_col - 1U : 0U;
 }
+
+bool is_terminal() { return width() > 0; }
 
 std::string duration_text(double s) {
   if (s < 90.0) return fmt::format("{:.0f} s", std::ceil(s));

@@ -21,6 +21,7 @@ struct PointMass {
   static constexpr int kStates = 5;
   static constexpr int kEvents = 1;
   static constexpr std::array<std::string_view, kStates> kStateNames{"east_m", "north_m", "speed_mps", "heading_rad", ""};
+  static constexpr std::array<bool, kStates> kIgnorable{true, true, false, false, false};
   static constexpr std::array<Crossing, kEvents> kCrossings{Crossing::kRising};
   static constexpr std::array<Quantity, 7> kTruth{{{"east_m", "m"},
                                                    {"north_m", "m"},

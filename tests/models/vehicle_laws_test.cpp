@@ -133,6 +133,22 @@ TYPED_TEST(VehicleLaws, StartsInItsOwnMode) {
   EXPECT_TRUE(g.allFinite());
 }
 
+TYPED_TEST(VehicleLaws, NothingDependsOnAnIgnorableState) {
+  if constexpr (requires { TypeParam::kIgnorable; }) {
+    RandomStream random(2, 0, TypeParam::kName);
+    for (const auto& mode : this->modes())
+      for (const auto& x : this->states()) {
+        auto moved = x;
+        for (int i = 0; i < TypeParam::kStates; ++i)
+          if (TypeParam::kIgnorable[static_cast<std::size_t>(i)]) moved[i] += 100.0 * random.normal();
+        EXPECT_EQ(this->vehicle_.template derivative<double>(moved, mode), this->vehicle_.template derivative<double>(x, mode));
+        EXPECT_EQ(this->vehicle_.events(moved, mode), this->vehicle_.events(x, mode));
+      }
+  } else {
+    GTEST_SKIP() << "names none";
+  }
+}
+
 // Laws over the sensor types.
 
 TEST(SensorTypes, NamesQuantitiesAndKeysAgree) {

@@ -306,5 +306,38 @@ TEST(SimulatedDrive, ADelayedSensorAloneMakesNoEmptyEpochs) {
   for (const DriveEpoch& e : p.epochs) EXPECT_FALSE(e.readings.empty() && e.truth.empty()) << e.utime;
 }
 
+// A disturbed plant is the undisturbed one, pushed at the instants k / rate by normal deviates of the given size.
+TEST(SimulatedDrive, ProcessNoisePushesAtItsInstants) {
+  Scenario s;
+  s.name = "pushed";
+  s.run.duration_s = 100.0;
+  s.plant.vehicle = PointMass{};
+  s.sensors = {{"forward_speed", "forward_speed_mps", 40.0, {}, {}}};
+  s.plant.truth_rate_hz = 40.0;
+  s.plant.input_rate_hz = 40.0;
+  const Played plain = play(s);
+  s.plant.process_noise_rate_hz = 20.0;
+  s.plant.process_noise = {{"east_m", 0.5}};
+  const Played pushed = play(s);
+  ASSERT_EQ(pushed.truth.size(), plain.truth.size());
+  double before = 0.0, squares = 0.0;
+  int pushes = 0;
+  for (const auto& [utime, truth] : pushed.truth) {
+    // Nothing depends on where the car is: all but its east position stays as it was, to the bit.
+    for (std::size_t i = 1; i < truth.size(); ++i) EXPECT_EQ(truth[i], plain.truth.at(utime)[i]) << utime << " " << i;
+    const double pushed_by = truth[0] - plain.truth.at(utime)[0];
+    const double step = pushed_by - before;
+    before = pushed_by;
+    if (utime % 50'000 == 0 && utime > 0) {
+      ++pushes;
+      squares += step * step / 0.25;
+    } else {
+      EXPECT_NEAR(step, 0.0, 1e-11) << utime;  // rounding of positions within 2 km
+    }
+  }
+  EXPECT_EQ(pushes, 2000);
+  EXPECT_NEAR(squares / pushes, 1.0, 4.0 * std::sqrt(2.0 / 2000.0));  // chi-square of 2000 degrees, 4 sigma
+}
+
 }  // namespace
 }  // namespace slipstream
