@@ -61,15 +61,17 @@ void claim_folder(const std::string& folder, const Study& study) {
     std::ifstream in(file);
     std::getline(in, first);
     if (first != head)
-      throw Refusal(fmt::format("--out: {} holds another study (its study.toml says '{}', this one is '{}'); give this one a "
-                                "folder of its own",
-                                folder, first.substr(0, 40), head));
+      throw Refusal(
+          fmt::format("--out: {} holds another study (its study.toml says '{}', this one is '{}'); give this one a "
+                      "folder of its own",
+                      folder, first.substr(0, 40), head));
   };
   std::error_code error;
   if (fs::exists(file)) return require_same();
   if (fs::exists(folder) && !fs::is_directory(folder)) throw Refusal(fmt::format("--out: {} is not a folder", folder));
   if (!runs_files(folder).empty())
-    throw Refusal(fmt::format("--out: {} holds runs but no study.toml that says of what; give this study another folder", folder));
+    throw Refusal(
+        fmt::format("--out: {} holds runs but no study.toml that says of what; give this study another folder", folder));
   fs::create_directories(scenarios, error);
   if (error) throw Refusal(fmt::format("--out: cannot make the folder {}: {}", scenarios, error.message()));
   require_writable(folder);
@@ -109,8 +111,10 @@ std::size_t KnownRuns::read(const std::string& path) {
     }
     if (run.study != study_.key)
       refuse(fmt::format("a run of another study ('{}', this one is '{}')", run.study.substr(0, 20), study_.key));
-    const bool fits = run.item < study_.items() && run.seed == study_.seed_of(study_.run_of(run.item)) &&
-                      run.estimators.size() == study_.estimators.size();
+    const bool fits =
+        run.item < study_.items() && run.seed == study_.seed_of(study_.run_of(run.item)) &&
+        std::equal(run.estimators.begin(), run.estimators.end(), study_.estimators.begin(), study_.estimators.end(),
+                   [](const EstimatorRun& r, const StudyEstimator& e) { return r.estimator == e.name; });
     if (!fits) refuse(fmt::format("item {} with seed {} is no run of this study", run.item, run.seed));
     if (!has(run.item)) {
       places_[run.item] = {files_.size() - 1, line, static_cast<std::int64_t>(begin), found.size()};
@@ -168,7 +172,8 @@ FileLock lock_folder(const std::string& folder) {
 
 Journal::Journal(const std::string& folder, const Shard& shard)
     : path_((fs::path(folder) / shard.file()).string()),
-      lock_((fs::path(folder) / ("." + fs::path(shard.file()).stem().string() + ".lock")).string(), path_, FileLock::When::kNow),
+      lock_((fs::path(folder) / ("." + fs::path(shard.file()).stem().string() + ".lock")).string(), path_,
+            FileLock::When::kNow),
       last_sync_(std::chrono::steady_clock::now()) {
   file_ = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0644);
   if (file_ < 0) throw Refusal(fmt::format("{}: cannot write: {}", path_, std::strerror(errno)));

@@ -5,8 +5,8 @@
 //   runs-K-of-N.jsonl                 the same of shard K of N; several may be written at a time
 //   results.json, timings.json        of a finished study (studies/summary.hpp)
 //
-// Lines are appended whole and are on the disk a second later. What a sudden end tears off is recognised and cut off. One process
-// writes a file at a time: .runs.lock says which. Locks are fcntl's: they work across the hosts of a shared disk.
+// Lines are appended whole and are on the disk a second later. What a sudden end tears off is recognised and cut off. One
+// process writes a file at a time: .runs.lock says which. Locks are fcntl's: they work across the hosts of a shared disk.
 #pragma once
 
 #include <chrono>
@@ -57,8 +57,8 @@ class KnownRuns {
  public:
   explicit KnownRuns(const Study& study) : study_(study), places_(study.items()) {}
 
-  // Adds a file's lines. Refuses one of another study, one that cannot be read, and a second result of an item that differs from
-  // the first. Returns the bytes of a torn last line, which are left out.
+  // Adds a file's lines. Refuses one of another study, one that cannot be read, and a second result of an item that differs
+  // from the first. Returns the bytes of a torn last line, which are left out.
   std::size_t read(const std::string& path);
 
   bool has(std::size_t item) const { return places_[item].has_value(); }

@@ -45,14 +45,9 @@ Json to_json(const EstimatorRun& run) {
     if (s.bound_sum) one["bound_sum"] = number(*s.bound_sum);
     if (!s.series.empty()) one["series"] = numbers(s.series);
   }
-  Json j = {{"steps", run.tally.steps},
-            {"fallback", run.tally.fallback},
-            {"invalid", run.tally.invalid},
-            {"samples", run.samples},
-            {"norm_sum", number(run.norm_sum)},
-            {"states", std::move(states)},
-            {"nees", to_json(run.nees)},
-            {"nis", to_json(run.nis)}};
+  Json j = {{"steps", run.tally.steps},  {"fallback", run.tally.fallback},   {"invalid", run.tally.invalid},
+            {"samples", run.samples},    {"norm_sum", number(run.norm_sum)}, {"states", std::move(states)},
+            {"nees", to_json(run.nees)}, {"nis", to_json(run.nis)}};
   if (!run.t_s.empty()) {
     j["t_s"] = numbers(run.t_s);
     j["norm_series"] = numbers(run.norm_series);
@@ -78,6 +73,9 @@ EstimatorRun run_of(const std::string& name, const Json& j) {
   read_numbers(j, "t_s", run.t_s);
   read_numbers(j, "norm_series", run.norm_series);
   read_numbers(j, "nees_series", run.nees_series);
+  bool fit = run.norm_series.size() == run.t_s.size() && run.nees_series.size() == run.t_s.size();
+  for (const StateErrors& s : run.states) fit = fit && s.series.size() == run.t_s.size();
+  if (!fit) throw Refusal("series of different lengths");
   return run;
 }
 
@@ -100,12 +98,8 @@ Json to_json(const Study& study, std::size_t case_index, const EstimatorSummary&
     if (s.bound_rmse) one["bound_rmse"] = number(*s.bound_rmse);
     if (!s.eps_k.empty()) one["eps_k"] = numbers(s.eps_k);
   }
-  Json j = {{"eta", number(e.eta)},
-            {"steps", e.tally.steps},
-            {"fallback", e.tally.fallback},
-            {"invalid", e.tally.invalid},
-            {"states", std::move(states)},
-            {"nees", to_json(e.nees)},
+  Json j = {{"eta", number(e.eta)},       {"steps", e.tally.steps},      {"fallback", e.tally.fallback},
+            {"invalid", e.tally.invalid}, {"states", std::move(states)}, {"nees", to_json(e.nees)},
             {"nis", to_json(e.nis)}};
   if (e.nees_inside) j["nees"]["inside"] = number(*e.nees_inside);
   if (e.worst_run) {
@@ -138,9 +132,8 @@ std::string results_json(const Study& study, const Summary& summary) {
     for (const EstimatorSummary& e : summary.cases[i].estimators) one["estimators"][e.estimator] = to_json(study, i, e);
     cases.push_back(std::move(one));
   }
-  return Json{{"study", study.name},       {"description", study.description}, {"key", study.key},
-              {"runs", study.runs},        {"seed", study.seed},               {"missing", summary.missing},
-              {"cases", std::move(cases)}}
+  return Json{{"study", study.name}, {"description", study.description}, {"key", study.key},         {"runs", study.runs},
+              {"seed", study.seed},  {"missing", summary.missing},       {"cases", std::move(cases)}}
              .dump(1) +
          "\n";
 }

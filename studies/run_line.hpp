@@ -1,5 +1,5 @@
-// What one item of a study (models/study.hpp) leaves: sums over its run, from which every index of the study is made. One line of
-// JSON, in which every number reads back to the same bits.
+// What one item of a study (models/study.hpp) leaves: sums over its run, from which every index of the study is made. One line
+// of JSON, in which every number reads back to the same bits.
 //
 // Over the samples j of an estimator where every scored state's error e_a is known:   norm_j = sqrt(1/n sum_a e_a^2)
 // An estimate that is not to be used has no error; the tally counts it.
@@ -17,9 +17,9 @@ namespace slipstream {
 struct StateErrors {
   std::string state;
   std::int64_t samples = 0;
-  double square_sum = 0.0;  // sum e^2
-  double most = 0.0;        // max |e|
-  std::vector<double> series;  // |e| of every sample, NaN where not known; only if the study keeps series
+  double square_sum = 0.0;          // sum e^2
+  double most = 0.0;                // max |e|
+  std::vector<double> series;       // |e| of every sample, NaN where not known; only if the study keeps series
   std::optional<double> bound_sum;  // sum of the Cramer-Rao bound's variance over the same samples, where there is one
 };
 

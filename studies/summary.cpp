@@ -7,12 +7,14 @@
 #include <limits>
 
 #include "common/check.hpp"
+#include "common/refusal.hpp"
 #include "monitor/tables.hpp"
 #include "monitor/text.hpp"
 
 namespace slipstream {
 namespace {
 
+constexpr std::size_t kMostCases = 40;  // in the tables of the terminal
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 double ratio(double sum, std::int64_t n) { return n > 0 ? sum / static_cast<double>(n) : kNan; }
@@ -83,7 +85,9 @@ void Summariser::add(const RunLine& line) {
       sums.square_sum.resize(r.states.size());
       sums.bound_sum.resize(r.states.size());
     }
-    SLIPSTREAM_CHECK(e.states.size() == r.states.size());
+    const auto same_state = [](const StateSummary& a, const StateErrors& b) { return a.state == b.state; };
+    if (!std::equal(e.states.begin(), e.states.end(), r.states.begin(), r.states.end(), same_state))
+      throw Refusal(fmt::format("item {} has other states than the runs before it", line.item));
     for (std::size_t i = 0; i < r.states.size(); ++i) {
       const StateErrors& s = r.states[i];
       e.states[i].samples += s.samples;
@@ -144,8 +148,8 @@ Summary Summariser::finish() {
 
 std::string replay_command(const Study& study, std::size_t item) {
   const StudyCase& one = study.case_of(item);
-  std::string command = fmt::format("slipstream-plant scenarios/{}.toml --set run.seed={}",
-                                    study.scenarios[one.scenario].name, study.seed_of(study.run_of(item)));
+  std::string command = fmt::format("slipstream-plant scenarios/{}.toml --set run.seed={}", study.scenarios[one.scenario].name,
+                                    study.seed_of(study.run_of(item)));
   for (std::size_t a = 0; a < study.grid.size(); ++a)
     command += fmt::format(" --set '{}={}'", study.grid[a].key, one.values[a]);
   return command;
@@ -178,7 +182,8 @@ std::string summary_text(const Study& study, const Summary& summary) {
   Table consistency{"Consistency (95 % bands)",
                     {{"case", false}, {"estimator", false}, {"NEES"}, {"n"}, {"NIS"}, {"m"}, {"fell back"}, {"invalid"}},
                     {}};
-  for (const CaseSummary& c : summary.cases) {
+  for (std::size_t i = 0; i < std::min(kMostCases, summary.cases.size()); ++i) {
+    const CaseSummary& c = summary.cases[i];
     for (const EstimatorSummary& e : c.estimators) {
       std::vector<std::string> row{case_name(c), e.estimator, fmt::format("{}", c.runs), number_text(e.eta)};
       for (const std::string& name : states) {
@@ -194,10 +199,13 @@ std::string summary_text(const Study& study, const Summary& summary) {
     }
   }
   std::string text = to_text(errors, 140) + "\n" + to_text(consistency, 140);
+  if (summary.cases.size() > kMostCases)
+    text += fmt::format("\nand {} further cases in results.json\n", summary.cases.size() - kMostCases);
   for (std::size_t index = 0; index < summary.cases.size(); ++index) {
     const CaseSummary& c = summary.cases[index];
     if (c.estimators.empty() || !c.estimators.front().worst_run) continue;
-    const std::size_t item = index * static_cast<std::size_t>(study.runs) + static_cast<std::size_t>(*c.estimators.front().worst_run);
+    const std::size_t item =
+        index * static_cast<std::size_t>(study.runs) + static_cast<std::size_t>(*c.estimators.front().worst_run);
     text += fmt::format("\n{}'s worst run of {}, live, in the folder of the results:\n  {}\n", c.estimators.front().estimator,
                         case_name(c), replay_command(study, item));
     break;  // the others differ in their seed and settings only, which results.json has

@@ -1,5 +1,5 @@
-// The indices of a study, each defined here: a pure function of the lines of its runs, summed in the order of the items, so that
-// the same lines give the same bits whoever made them.
+// The indices of a study, each defined here: a pure function of the lines of its runs, summed in the order of the items, so
+// that the same lines give the same bits whoever made them.
 //
 // e: estimate minus truth; r of N runs, k of the N_k samples of a run, alpha of the n scored states:
 //   eps_k       = 1/N sum_r sqrt(1/n sum_alpha e^2)                                              (document 000, eq. 28)
