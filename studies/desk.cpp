@@ -72,7 +72,7 @@ void Desk::close() {
 Summary summarise(const Study& study, const KnownRuns& known) {
   Summariser summariser(study);
   for (std::size_t item = 0; item < study.items(); ++item)
-    if (known.has(item)) summariser.add(read_run_line(known.text(item)));
+    if (known.has(item)) summariser.add(known.run(item));
   return summariser.finish();
 }
 

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "models/study.hpp"
@@ -65,6 +66,7 @@ class KnownRuns {
   std::size_t count() const { return count_; }
   std::size_t repeated() const { return repeated_; }  // lines of items that were there already, with the same result
   std::string text(std::size_t item) const;           // its line
+  RunLine run(std::size_t item) const;                // refuses a line that is damaged inside
   std::string place(std::size_t item) const;          // "FILE:LINE"
 
  private:
@@ -73,6 +75,8 @@ class KnownRuns {
     std::int64_t begin;
     std::size_t size;
   };
+  std::optional<std::pair<std::size_t, std::uint64_t>> glance(const std::string& line) const;
+
   const Study& study_;
   std::vector<std::string> files_;
   std::vector<std::optional<Place>> places_;

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/refusal.hpp"
 #include "studies/play.hpp"
 
 namespace slipstream {
@@ -51,7 +52,12 @@ struct RunLine {
 // Without a newline. What is not finite is null and reads back as NaN.
 std::string to_text(const RunLine& line);
 
-// Refuses, in a few words without a place, what is no such line.
+// What is no such line, in a few words.
+class NotARun : public Refusal {
+ public:
+  using Refusal::Refusal;
+};
+// Throws NotARun.
 RunLine read_run_line(const std::string& text);
 
 // The same but for the wall clock.

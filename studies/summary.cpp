@@ -67,7 +67,9 @@ void Summariser::add(const RunLine& line) {
   const auto run = static_cast<std::size_t>(study_.run_of(line.item));
   CaseSummary& c = summary_.cases[index];
   ++c.runs;
-  SLIPSTREAM_CHECK(line.estimators.size() == c.estimators.size());
+  const auto same_estimator = [](const EstimatorSummary& a, const EstimatorRun& b) { return a.estimator == b.estimator; };
+  if (!std::equal(c.estimators.begin(), c.estimators.end(), line.estimators.begin(), line.estimators.end(), same_estimator))
+    throw Refusal(fmt::format("item {} has other estimators than the study", line.item));
   for (std::size_t k = 0; k < c.estimators.size(); ++k) {
     const EstimatorRun& r = line.estimators[k];
     EstimatorSummary& e = c.estimators[k];

@@ -70,6 +70,20 @@ TEST_F(Journals, Refusals) {
             file + ":1: item 3 with seed " + std::to_string(study_.seed_of(0)) + " is no run of this study");
 }
 
+// A damage inside a line shows when it is summed.
+TEST_F(Journals, ADamagedLineIsNamed) {
+  const std::string file = path("runs.jsonl");
+  std::string damaged = line(0);
+  damaged[damaged.size() / 2] = '"';
+  folder_.write("runs.jsonl", damaged + "\n" + line(1) + "\n");
+  KnownRuns runs(study_);
+  EXPECT_EQ(runs.read(file), 0U);
+  const std::string refused = refusal_of([&] { summarise(study_, runs); });
+  EXPECT_TRUE(refused == file + ":1: not a line of JSON; take the line out and its run is repeated" ||
+              refused == file + ":1: not the line of a run; take the line out and its run is repeated")
+      << refused;
+}
+
 TEST_F(Journals, TheSameResultTwiceIsFineADifferentOneIsNot) {
   const std::string file = path("runs.jsonl"), a = line(0), again = line(0);  // other times
   EXPECT_EQ(known(a + "\n" + again + "\n"), "100");
