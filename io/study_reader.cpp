@@ -126,10 +126,10 @@ void read_pairs(TomlTable& root, Study& study) {
       t.require(key);
       if (!t.has(key)) continue;
       t.text(key, *field, kAnyText);
-      if (!contains(names, *field))
-        t.refuse(key, "unknown estimator '" + printable(*field) + "'" + suggestion(*field, names));
+      if (!contains(names, *field)) t.refuse(key, "unknown estimator '" + printable(*field) + "'" + suggestion(*field, names));
     }
-    if (!pair.estimator.empty() && pair.estimator == pair.against) t.refuse("against", "an estimator is not compared with itself");
+    if (!pair.estimator.empty() && pair.estimator == pair.against)
+      t.refuse("against", "an estimator is not compared with itself");
     study.pairs.push_back(pair);
   });
   if (!study.pairs.empty()) return;
@@ -186,7 +186,8 @@ void make_cases(Study& study, const Sources& sources, const Places& places, cons
         overrides.push_back(axis.key + "=" + one.values.back());
       }
       const LoadedScenario drive = load_told(load, i, overrides, source + ": ");
-      if (drive.scenario.recorded) throw Refusal(places.scenario[i] + "a study simulates; this scenario plays a recorded drive");
+      if (drive.scenario.recorded)
+        throw Refusal(places.scenario[i] + "a study simulates; this scenario plays a recorded drive");
       one.drive = drive.scenario;
       for (const StudyEstimator& e : study.estimators) {
         std::vector<std::string> own = overrides;

@@ -1,7 +1,7 @@
 // Study files: TOML to models/study.hpp, strictly. scenarios/studies/pf_against_ukf.toml explains every key.
 //
-// Every scenario is read at every point of the grid and with every estimator's own `set`, so nothing of a study is refused after
-// its first run. Refusals are one line, as io/scenario_reader.hpp has them.
+// Every scenario is read at every point of the grid and with every estimator's own `set`, so nothing of a study is refused
+// after its first run. Refusals are one line, as io/scenario_reader.hpp has them.
 #pragma once
 
 #include <functional>

@@ -97,7 +97,8 @@ class TomlDocument {
   // Removes a text key of the root and returns it; empty if absent.
   std::string take_text(const std::string& key, std::string& position);
 
-  // All values under dotted keys, one a line, sorted: reads back to the same document, without comments. Refuses tables in a list.
+  // All values under dotted keys, one a line, sorted: reads back to the same document, without comments. Refuses tables in a
+  // list.
   std::string flat_text() const;
 
   // Reads the root table; returns what was printed.

@@ -3,8 +3,8 @@
 //
 // A case is one scenario at one point of the grid, the last axis turning fastest; an item is one run of one case:
 //   item = case * runs + run,   0 <= run < runs
-// All estimators of an item follow the same drive, and a run has the same seed in every case: common random numbers. The seed is
-// a hash of the root seed and the run's index, so nothing depends on who computes an item, or when:
+// All estimators of an item follow the same drive, and a run has the same seed in every case: common random numbers. The seed
+// is a hash of the root seed and the run's index, so nothing depends on who computes an item, or when:
 //   seed(run) = first 53 bits of the stream (root seed, run, "study.run")                              (common/random.hpp)
 #pragma once
 
@@ -24,7 +24,7 @@ struct StudyScenario {
 };
 
 struct StudyEstimator {
-  std::string name;       // unique in the study
+  std::string name;  // unique in the study
   std::string algorithm;
   std::string tuning;            // empty: the scenario's choice
   std::vector<std::string> set;  // "tuning.matched.pf_particles=300": what only this estimator believes
@@ -65,9 +65,7 @@ struct Study {
   std::size_t items() const { return cases.size() * static_cast<std::size_t>(runs); }
   const StudyCase& case_of(std::size_t item) const { return cases[item / static_cast<std::size_t>(runs)]; }
   int run_of(std::size_t item) const { return static_cast<int>(item % static_cast<std::size_t>(runs)); }
-  std::uint64_t seed_of(int run) const {
-    return RandomStream(seed, static_cast<std::uint64_t>(run), "study.run").bits() >> 11;
-  }
+  std::uint64_t seed_of(int run) const { return RandomStream(seed, static_cast<std::uint64_t>(run), "study.run").bits() >> 11; }
 };
 
 }  // namespace slipstream

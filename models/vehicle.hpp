@@ -13,9 +13,9 @@
 
 namespace slipstream {
 
-// A vehicle may name its states, for those who disturb them (plant.process_noise): kStateNames, an array of kStates texts, empty
-// for a state that is a clock. And it may say which of them nothing depends on, neither x' nor an event, as a position on an
-// endless plane: kIgnorable, an array of kStates truth values (ignorable coordinates, Goldstein, Classical Mechanics, section 2.6).
+// A vehicle may name its states, for those who disturb them (plant.process_noise): kStateNames, an array of kStates texts,
+// empty for a clock. And it may say on which of them nothing depends, neither x' nor an event, as on a place in the endless
+// plane: kIgnorable, an array of kStates truth values (ignorable coordinates: Goldstein, Classical Mechanics, section 2.6).
 
 struct Quantity {
   std::string_view name;  // with the unit as suffix

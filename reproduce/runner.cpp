@@ -93,8 +93,7 @@ Child start(const Experiment& experiment, const Bench& bench, const std::string&
   Child child;
   child.experiment = &experiment;
   child.started = Clock::now();
-  child.process = std::make_unique<ChildProcess>(
-      [&](int, int words) { return be_child(experiment, bench, out, key, words); });
+  child.process = std::make_unique<ChildProcess>([&](int, int words) { return be_child(experiment, bench, out, key, words); });
   return child;
 }
 

@@ -9,7 +9,7 @@ packages_build=(g++ cmake make liblcm-dev liblcm-bin libeigen3-dev libsundials-d
 # Any gnuplot will do; its packages exclude each other.
 packages_run=()
 command -v gnuplot >/dev/null || packages_run+=(gnuplot-nox)
-packages_test=(libgtest-dev libbenchmark-dev iproute2 util-linux)
+packages_test=(libgtest-dev libbenchmark-dev iproute2 util-linux libopenmpi-dev openmpi-bin)
 
 say() { printf '%s\n' "$*"; }
 die() { printf '%s: %s\n' "$(basename "$0")" "$*" >&2; exit 1; }

@@ -12,8 +12,8 @@ namespace slipstream {
 
 class ChildProcess {
  public:
-  // In the child: reads orders from one descriptor, says lines into the other; its value is the exit code. SIGINT is the parent's
-  // to hear: it ends the child.
+  // In the child: reads orders from one descriptor, says lines into the other; its value is the exit code. SIGINT is the
+  // parent's to hear: it ends the child.
   using Body = std::function<int(int orders, int words)>;
   explicit ChildProcess(const Body& body);  // refuses if there is no process to be had
   ~ChildProcess();                          // kills it if it still runs

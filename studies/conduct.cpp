@@ -24,10 +24,9 @@ void show_summary(const std::string& folder, const Study& study, const Summary& 
 
 bool conduct(const Study& study, Desk& desk, int jobs, const std::function<bool()>& interrupted) {
   RunsProgress progress;
-  Workers workers(
-      jobs, [&study](std::size_t item) { return to_text(run_item(study, item)); },
-      {[&](std::size_t item, const std::string& line) { desk.finished(item, line); },
-       [&](std::size_t item, const std::string& error) { desk.failed(item, error); }});
+  Workers workers(jobs, [&study](std::size_t item) { return to_text(run_item(study, item)); },
+                  {[&](std::size_t item, const std::string& line) { desk.finished(item, line); },
+                   [&](std::size_t item, const std::string& error) { desk.failed(item, error); }});
   for (bool more = true; more || !workers.is_idle();) {
     while (more && workers.wanted() > 0) {
       const std::optional<std::size_t> item = desk.next();
@@ -49,7 +48,8 @@ void conclude(const Study& study, const std::string& folder, const Shard& shard,
   for (const auto& [item, error] : desk.failures())
     say(fmt::format("item {} failed: {} (to see it: {})", item, error, replay_command(study, item)));
   if (!complete)
-    throw Refusal(fmt::format("interrupted with {} of {} runs finished; the same call goes on from here", desk.done(), desk.all()));
+    throw Refusal(
+        fmt::format("interrupted with {} of {} runs finished; the same call goes on from here", desk.done(), desk.all()));
   KnownRuns known(study);
   for (const std::string& path : runs_files(folder)) known.read(path);
   if (known.count() == study.items() || (shard.of == 1 && !desk.failures().empty())) {

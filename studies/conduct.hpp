@@ -11,9 +11,10 @@ namespace slipstream {
 // Computes what the desk hands out in `jobs` processes of this machine. False if it was interrupted.
 bool conduct(const Study& study, Desk& desk, int jobs, const std::function<bool()>& interrupted);
 
-// After the last item: the summary, if everything of the whole study is there or has failed. Refuses at the end where items have
-// failed or the call was interrupted.
-void conclude(const Study& study, const std::string& folder, const Shard& shard, Desk& desk, bool complete, const Desk::Say& say);
+// After the last item: the summary, if everything of the whole study is there or has failed. Refuses at the end where items
+// have failed or the call was interrupted.
+void conclude(const Study& study, const std::string& folder, const Shard& shard, Desk& desk, bool complete,
+              const Desk::Say& say);
 
 // Lines of several folders or files, beside each of which lies its study.toml, become one folder. `partial`: also if some are
 // missing.

@@ -46,9 +46,10 @@ std::optional<std::size_t> Desk::next() {
 void Desk::finished(std::size_t item, const std::string& line) {
   if (item == repeat_) {
     if (!is_same_result(line, repeated_line_))
-      throw Refusal(fmt::format("{}: this run comes out differently now: another program has begun this study; start it afresh in "
-                                "another folder",
-                                repeated_place_));
+      throw Refusal(
+          fmt::format("{}: this run comes out differently now: another program has begun this study; start it afresh in "
+                      "another folder",
+                      repeated_place_));
     return;
   }
   have_[item] = true;
@@ -71,7 +72,7 @@ void Desk::close() {
 Summary summarise(const Study& study, const KnownRuns& known) {
   Summariser summariser(study);
   for (std::size_t item = 0; item < study.items(); ++item)
-    if (known.has(item)) summariser.add(read_run_line(known.text(item)));
+    if (known.has(item)) summariser.add(known.run(item));
   return summariser.finish();
 }
 

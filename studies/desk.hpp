@@ -1,7 +1,7 @@
 // Where a study's items are handed out and their lines come in: the same for processes on this machine and for ranks of MPI.
 //
-// What earlier calls have finished is not handed out again, but for one item: if that comes out differently, the program is another
-// one than before, and mixing the two would be wrong.
+// What earlier calls have finished is not handed out again, but for one item: if that comes out differently, the program is
+// another one than before, and mixing the two would be wrong.
 #pragma once
 
 #include <functional>
@@ -29,7 +29,7 @@ class Desk {
 
   std::size_t done() const { return known_ + finished_; }  // with those of earlier calls
   std::size_t finished_here() const { return finished_; }
-  std::size_t all() const { return all_; }                 // of this shard
+  std::size_t all() const { return all_; }                                          // of this shard
   const std::map<std::size_t, std::string>& failures() const { return failures_; }  // item and reason
 
  private:

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -21,6 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::chrono::milliseconds kUnsynced{900};
+constexpr const char* kTakeOut = "take the line out and its run is repeated";
 
 std::string text_of(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
@@ -61,15 +63,17 @@ void claim_folder(const std::string& folder, const Study& study) {
     std::ifstream in(file);
     std::getline(in, first);
     if (first != head)
-      throw Refusal(fmt::format("--out: {} holds another study (its study.toml says '{}', this one is '{}'); give this one a "
-                                "folder of its own",
-                                folder, first.substr(0, 40), head));
+      throw Refusal(
+          fmt::format("--out: {} holds another study (its study.toml says '{}', this one is '{}'); give this one a "
+                      "folder of its own",
+                      folder, first.substr(0, 40), head));
   };
   std::error_code error;
   if (fs::exists(file)) return require_same();
   if (fs::exists(folder) && !fs::is_directory(folder)) throw Refusal(fmt::format("--out: {} is not a folder", folder));
   if (!runs_files(folder).empty())
-    throw Refusal(fmt::format("--out: {} holds runs but no study.toml that says of what; give this study another folder", folder));
+    throw Refusal(
+        fmt::format("--out: {} holds runs but no study.toml that says of what; give this study another folder", folder));
   fs::create_directories(scenarios, error);
   if (error) throw Refusal(fmt::format("--out: cannot make the folder {}: {}", scenarios, error.message()));
   require_writable(folder);
@@ -90,6 +94,26 @@ std::vector<std::string> runs_files(const std::string& folder) {
   return files;
 }
 
+// Item and seed of a line that begins and ends as this study's do; what lies between is read when it is summed.
+std::optional<std::pair<std::size_t, std::uint64_t>> KnownRuns::glance(const std::string& line) const {
+  const std::string_view begin = "{\"study\":\"", item_key = "\",\"item\":", seed_key = ",\"seed\":";
+  std::string_view rest(line);
+  const auto take = [&rest](std::string_view expected) {
+    const bool there = rest.starts_with(expected);
+    if (there) rest.remove_prefix(expected.size());
+    return there;
+  };
+  const auto number = [&rest](auto& to) {
+    const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), to);
+    rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
+    return error == std::errc();
+  };
+  std::pair<std::size_t, std::uint64_t> found;
+  const bool good = take(begin) && take(study_.key) && take(item_key) && number(found.first) && take(seed_key) &&
+                    number(found.second) && rest.starts_with(",\"estimators\":{") && rest.ends_with("}}");
+  return good ? std::optional(found) : std::nullopt;
+}
+
 std::size_t KnownRuns::read(const std::string& path) {
   const std::string text = text_of(path);
   files_.push_back(path);
@@ -98,31 +122,43 @@ std::size_t KnownRuns::read(const std::string& path) {
     ++line;
     const std::size_t end = text.find('\n', begin);
     if (end == std::string::npos) return text.size() - begin;
+    const bool is_last = end + 1 == text.size();
     const std::string found = text.substr(begin, end - begin);
     const auto refuse = [&](const std::string& what) { throw Refusal(fmt::format("{}:{}: {}", path, line, what)); };
-    RunLine run;
-    try {
-      run = read_run_line(found);
-    } catch (const Refusal& refusal) {
-      if (end + 1 == text.size()) return text.size() - begin;  // torn by what wrote it
-      refuse(fmt::format("{}; take the line out and its run is repeated", refusal.what()));
+    auto run = is_last ? std::nullopt : glance(found);
+    if (!run) {
+      try {
+        const RunLine whole = read_run_line(found);
+        if (whole.study != study_.key)
+          refuse(fmt::format("a run of another study ('{}', this one is '{}')", whole.study.substr(0, 20), study_.key));
+        run = {whole.item, whole.seed};
+      } catch (const NotARun& what) {
+        if (is_last) return text.size() - begin;  // torn by what wrote it
+        refuse(fmt::format("{}; {}", what.what(), kTakeOut));
+      }
     }
-    if (run.study != study_.key)
-      refuse(fmt::format("a run of another study ('{}', this one is '{}')", run.study.substr(0, 20), study_.key));
-    const bool fits = run.item < study_.items() && run.seed == study_.seed_of(study_.run_of(run.item)) &&
-                      run.estimators.size() == study_.estimators.size();
-    if (!fits) refuse(fmt::format("item {} with seed {} is no run of this study", run.item, run.seed));
-    if (!has(run.item)) {
-      places_[run.item] = {files_.size() - 1, line, static_cast<std::int64_t>(begin), found.size()};
+    const auto [item, seed] = *run;
+    if (item >= study_.items() || seed != study_.seed_of(study_.run_of(item)))
+      refuse(fmt::format("item {} with seed {} is no run of this study", item, seed));
+    if (!has(item)) {
+      places_[item] = {files_.size() - 1, line, static_cast<std::int64_t>(begin), found.size()};
       ++count_;
-    } else if (is_same_result(this->text(run.item), found)) {
+    } else if (is_same_result(this->text(item), found)) {
       ++repeated_;
     } else {
-      refuse(fmt::format("item {} differs from {}: one of them was made by another program", run.item, place(run.item)));
+      refuse(fmt::format("item {} differs from {}: one of them was made by another program", item, place(item)));
     }
     begin = end + 1;
   }
   return 0;
+}
+
+RunLine KnownRuns::run(std::size_t item) const {
+  try {
+    return read_run_line(text(item));
+  } catch (const NotARun& what) {
+    throw Refusal(fmt::format("{}: {}; {}", place(item), what.what(), kTakeOut));
+  }
 }
 
 std::string KnownRuns::text(std::size_t item) const {
@@ -168,7 +204,8 @@ FileLock lock_folder(const std::string& folder) {
 
 Journal::Journal(const std::string& folder, const Shard& shard)
     : path_((fs::path(folder) / shard.file()).string()),
-      lock_((fs::path(folder) / ("." + fs::path(shard.file()).stem().string() + ".lock")).string(), path_, FileLock::When::kNow),
+      lock_((fs::path(folder) / ("." + fs::path(shard.file()).stem().string() + ".lock")).string(), path_,
+            FileLock::When::kNow),
       last_sync_(std::chrono::steady_clock::now()) {
   file_ = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0644);
   if (file_ < 0) throw Refusal(fmt::format("{}: cannot write: {}", path_, std::strerror(errno)));

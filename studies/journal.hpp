@@ -5,14 +5,15 @@
 //   runs-K-of-N.jsonl                 the same of shard K of N; several may be written at a time
 //   results.json, timings.json        of a finished study (studies/summary.hpp)
 //
-// Lines are appended whole and are on the disk a second later. What a sudden end tears off is recognised and cut off. One process
-// writes a file at a time: .runs.lock says which. Locks are fcntl's: they work across the hosts of a shared disk.
+// Lines are appended whole and are on the disk a second later. What a sudden end tears off is recognised and cut off. One
+// process writes a file at a time: .runs.lock says which. Locks are fcntl's: they work across the hosts of a shared disk.
 #pragma once
 
 #include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "models/study.hpp"
@@ -57,14 +58,15 @@ class KnownRuns {
  public:
   explicit KnownRuns(const Study& study) : study_(study), places_(study.items()) {}
 
-  // Adds a file's lines. Refuses one of another study, one that cannot be read, and a second result of an item that differs from
-  // the first. Returns the bytes of a torn last line, which are left out.
+  // Adds a file's lines. Refuses one of another study, one that cannot be read, and a second result of an item that differs
+  // from the first. Returns the bytes of a torn last line, which are left out.
   std::size_t read(const std::string& path);
 
   bool has(std::size_t item) const { return places_[item].has_value(); }
   std::size_t count() const { return count_; }
   std::size_t repeated() const { return repeated_; }  // lines of items that were there already, with the same result
   std::string text(std::size_t item) const;           // its line
+  RunLine run(std::size_t item) const;                // refuses a line that is damaged inside
   std::string place(std::size_t item) const;          // "FILE:LINE"
 
  private:
@@ -73,6 +75,8 @@ class KnownRuns {
     std::int64_t begin;
     std::size_t size;
   };
+  std::optional<std::pair<std::size_t, std::uint64_t>> glance(const std::string& line) const;
+
   const Study& study_;
   std::vector<std::string> files_;
   std::vector<std::optional<Place>> places_;

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "common/refusal.hpp"
 #include "studies/run_line.hpp"
 #include "studies/summary.hpp"
 
@@ -73,6 +72,9 @@ EstimatorRun run_of(const std::string& name, const Json& j) {
   read_numbers(j, "t_s", run.t_s);
   read_numbers(j, "norm_series", run.norm_series);
   read_numbers(j, "nees_series", run.nees_series);
+  bool fit = run.norm_series.size() == run.t_s.size() && run.nees_series.size() == run.t_s.size();
+  for (const StateErrors& s : run.states) fit = fit && s.series.size() == run.t_s.size();
+  if (!fit) throw NotARun("series of different lengths");
   return run;
 }
 
@@ -175,7 +177,7 @@ std::string to_text(const RunLine& line) {
 
 RunLine read_run_line(const std::string& text) {
   const Json j = Json::parse(text, nullptr, false);
-  if (!j.is_object()) throw Refusal("not a line of JSON");
+  if (!j.is_object()) throw NotARun("not a line of JSON");
   try {
     RunLine line{j.at("study"), j.at("item"), j.at("seed"), {}, {}};
     for (const auto& [name, run] : j.at("estimators").items()) {
@@ -184,7 +186,7 @@ RunLine read_run_line(const std::string& text) {
     }
     return line;
   } catch (const nlohmann::json::exception&) {
-    throw Refusal("not the line of a run");
+    throw NotARun("not the line of a run");
   }
 }
 

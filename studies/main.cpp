@@ -1,5 +1,5 @@
-// slipstream-study: plays a study, many runs of some scenarios followed by the same estimators, on all processors of this machine;
-// or merges what several machines have played.
+// slipstream-study: plays a study, many runs of some scenarios followed by the same estimators, on all processors of this
+// machine; or merges what several machines have played.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,9 +32,10 @@ void say(const std::string& line) {
 int play_study(int argc, char** argv) {
   std::string path, out, shard_text;
   double jobs = 0;
-  CommandLine line("slipstream-study",
-                   "Plays a study: scenarios x grid x runs, followed by the same estimators. `slipstream-study merge --help` tells "
-                   "how to merge shards.");
+  CommandLine line(
+      "slipstream-study",
+      "Plays a study: scenarios x grid x runs, followed by the same estimators. `slipstream-study merge --help` tells "
+      "how to merge shards.");
   line.positional("STUDY", path, "study file (TOML)", true);
   line.option("--out", out, "folder of the results (default: out/studies/NAME); a call goes on where an earlier one ended");
   line.option("--jobs", jobs, "runs at a time (default: one for each processor)");
@@ -71,7 +72,8 @@ int merge_shards(int argc, char** argv) {
   std::vector<std::string> sources, files;
   std::string out;
   bool partial = false;
-  CommandLine line("slipstream-study merge", "Merges runs of one study from several folders, with the result of one undivided call.");
+  CommandLine line("slipstream-study merge",
+                   "Merges runs of one study from several folders, with the result of one undivided call.");
   line.positionals("DIR|FILE", sources, "folders of a study, or files runs*.jsonl with their study.toml beside them");
   line.option("--out", out, "folder of the merged study");
   line.flag("--partial", partial, "also if runs are missing");
@@ -94,8 +96,8 @@ int merge_shards(int argc, char** argv) {
                                 first_line(other)));
   const Study study = load_study_file(first, require_playable);
   if (study_head(study) != first_line(first))
-    throw Refusal(fmt::format("{}: its first line says '{}', but it reads as '{}': was it changed, or made by another program?", first,
-                              first_line(first).substr(0, 40), study_head(study)));
+    throw Refusal(fmt::format("{}: its first line says '{}', but it reads as '{}': was it changed, or made by another program?",
+                              first, first_line(first).substr(0, 40), study_head(study)));
   merge_runs(study, files, out, partial, say);
   return 0;
 }

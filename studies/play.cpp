@@ -252,7 +252,8 @@ Played play(const Scenario& scenario, const std::vector<Follower>& followers, co
     if (series.back().empty()) series.back().push_back(&played.measured[quantity]);
   }
   std::vector<std::unique_ptr<Listener>> listeners;
-  for (const Follower& f : followers) listeners.push_back(std::make_unique<Listener>(f.belief ? *f.belief : scenario, f, nees_states));
+  for (const Follower& f : followers)
+    listeners.push_back(std::make_unique<Listener>(f.belief ? *f.belief : scenario, f, nees_states));
 
   std::vector<double> newest(names.size(), kNan);  // of each truth, known: angles go on from there
   std::vector<std::int64_t> seq(drive->quantities().size(), 0);

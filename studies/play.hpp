@@ -21,7 +21,7 @@ namespace slipstream {
 
 struct Follower {
   std::string algorithm, tuning;
-  std::string label;  // in figures; empty: the algorithm
+  std::string label;                 // in figures; empty: the algorithm
   const Scenario* belief = nullptr;  // what it believes instead of the scenario that is played; empty: that one
 };
 

@@ -51,9 +51,9 @@ void RunsProgress::show(std::size_t done, std::size_t finished_here, std::size_t
   if (finished_here == 0 || since(is_terminal() ? shown_ : printed_) < (is_terminal() ? kRedraw_s : kPrint_s)) return;
   shown_ = printed_ = now;
   const double rate = static_cast<double>(finished_here) / since(started_);
-  line_.show(fmt::format("[{}/{}] {:.3g} runs/s, {} left", done, all, rate,
-                         duration_text(static_cast<double>(all - done) / rate)),
-             true);
+  line_.show(
+      fmt::format("[{}/{}] {:.3g} runs/s, {} left", done, all, rate, duration_text(static_cast<double>(all - done) / rate)),
+      true);
 }
 
 }  // namespace slipstream

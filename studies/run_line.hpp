@@ -1,5 +1,5 @@
-// What one item of a study (models/study.hpp) leaves: sums over its run, from which every index of the study is made. One line of
-// JSON, in which every number reads back to the same bits.
+// What one item of a study (models/study.hpp) leaves: sums over its run, from which every index of the study is made. One line
+// of JSON, in which every number reads back to the same bits.
 //
 // Over the samples j of an estimator where every scored state's error e_a is known:   norm_j = sqrt(1/n sum_a e_a^2)
 // An estimate that is not to be used has no error; the tally counts it.
@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/refusal.hpp"
 #include "studies/play.hpp"
 
 namespace slipstream {
@@ -17,9 +18,9 @@ namespace slipstream {
 struct StateErrors {
   std::string state;
   std::int64_t samples = 0;
-  double square_sum = 0.0;  // sum e^2
-  double most = 0.0;        // max |e|
-  std::vector<double> series;  // |e| of every sample, NaN where not known; only if the study keeps series
+  double square_sum = 0.0;          // sum e^2
+  double most = 0.0;                // max |e|
+  std::vector<double> series;       // |e| of every sample, NaN where not known; only if the study keeps series
   std::optional<double> bound_sum;  // sum of the Cramer-Rao bound's variance over the same samples, where there is one
 };
 
@@ -51,7 +52,12 @@ struct RunLine {
 // Without a newline. What is not finite is null and reads back as NaN.
 std::string to_text(const RunLine& line);
 
-// Refuses, in a few words without a place, what is no such line.
+// What is no such line, in a few words.
+class NotARun : public Refusal {
+ public:
+  using Refusal::Refusal;
+};
+// Throws NotARun.
 RunLine read_run_line(const std::string& text);
 
 // The same but for the wall clock.

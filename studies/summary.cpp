@@ -6,14 +6,17 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <span>
 
 #include "common/check.hpp"
+#include "common/refusal.hpp"
 #include "monitor/tables.hpp"
 #include "monitor/text.hpp"
 
 namespace slipstream {
 namespace {
 
+constexpr std::size_t kMostCases = 40;  // in the tables of the terminal
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 double ratio(double sum, std::int64_t n) { return n > 0 ? sum / static_cast<double>(n) : kNan; }
@@ -66,7 +69,9 @@ void Summariser::add(const RunLine& line) {
   const auto run = static_cast<std::size_t>(study_.run_of(line.item));
   CaseSummary& c = summary_.cases[index];
   ++c.runs;
-  SLIPSTREAM_CHECK(line.estimators.size() == c.estimators.size());
+  const auto same_estimator = [](const EstimatorSummary& a, const EstimatorRun& b) { return a.estimator == b.estimator; };
+  if (!std::equal(c.estimators.begin(), c.estimators.end(), line.estimators.begin(), line.estimators.end(), same_estimator))
+    throw Refusal(fmt::format("item {} has other estimators than the study", line.item));
   for (std::size_t k = 0; k < c.estimators.size(); ++k) {
     const EstimatorRun& r = line.estimators[k];
     EstimatorSummary& e = c.estimators[k];
@@ -84,7 +89,9 @@ void Summariser::add(const RunLine& line) {
       sums.square_sum.resize(r.states.size());
       sums.bound_sum.resize(r.states.size());
     }
-    SLIPSTREAM_CHECK(e.states.size() == r.states.size());
+    const auto same_state = [](const StateSummary& a, const StateErrors& b) { return a.state == b.state; };
+    if (!std::equal(e.states.begin(), e.states.end(), r.states.begin(), r.states.end(), same_state))
+      throw Refusal(fmt::format("item {} has other states than the runs before it", line.item));
     for (std::size_t i = 0; i < r.states.size(); ++i) {
       const StateErrors& s = r.states[i];
       e.states[i].samples += s.samples;
@@ -198,7 +205,8 @@ std::string summary_text(const Study& study, const Summary& summary) {
   Table consistency{"Consistency (95 % bands)",
                     {{"case", false}, {"estimator", false}, {"NEES"}, {"n"}, {"NIS"}, {"m"}, {"fell back"}, {"invalid"}},
                     {}};
-  for (const CaseSummary& c : summary.cases) {
+  const std::span<const CaseSummary> shown(summary.cases.data(), std::min(kMostCases, summary.cases.size()));
+  for (const CaseSummary& c : shown) {
     for (const EstimatorSummary& e : c.estimators) {
       std::vector<std::string> row{case_name(c), e.estimator, fmt::format("{}", c.runs), number_text(e.eta)};
       for (const std::string& name : states) {
@@ -215,11 +223,13 @@ std::string summary_text(const Study& study, const Summary& summary) {
     }
   }
   std::string text = to_text(errors, 140) + "\n" + to_text(consistency, 140);
+  if (summary.cases.size() > kMostCases)
+    text += fmt::format("\nand {} further cases in results.json\n", summary.cases.size() - kMostCases);
   text += "\neff.: the Cramer-Rao bound's variance over the mean squared error; no estimator is above 1 on the mean\n";
-  for (const CaseSummary& c : summary.cases)
+  for (const CaseSummary& c : shown)
     if (c.why_no_bound) text += fmt::format("no bound for {}: {}\n", case_name(c), *c.why_no_bound);
   text += "\nBy eta, run by run\n";
-  for (const CaseSummary& c : summary.cases)
+  for (const CaseSummary& c : shown)
     for (const Comparison& pair : c.comparisons) text += fmt::format("  {}: {}\n", case_name(c), pair.sentence());
   for (std::size_t index = 0; index < summary.cases.size(); ++index) {
     const CaseSummary& c = summary.cases[index];

@@ -54,9 +54,8 @@ std::size_t Workers::depth() const {
 }
 
 Workers::Worker& Workers::freest() {
-  return *std::min_element(workers_.begin(), workers_.end(), [](const Worker& a, const Worker& b) {
-    return a.under_way.size() < b.under_way.size();
-  });
+  return *std::min_element(workers_.begin(), workers_.end(),
+                           [](const Worker& a, const Worker& b) { return a.under_way.size() < b.under_way.size(); });
 }
 
 std::size_t Workers::wanted() const {

@@ -1,7 +1,7 @@
 // slipstream-study-mpi: the same as slipstream-study, over the ranks of an MPI job: mpirun -n K slipstream-study-mpi STUDY.toml
 //
-// Rank 0 alone reads the study and writes its folder, so the hosts need not share a disk. Every rank computes in processes of its
-// own, which know nothing of MPI, asks rank 0 for items and sends it their lines:
+// Rank 0 alone reads the study and writes its folder, so the hosts need not share a disk. Every rank computes in processes of
+// its own, which know nothing of MPI, asks rank 0 for items and sends it their lines:
 //
 //   0 -> all   the study's key and texts, once
 //   r -> 0     "ask N\n" and lines "+ITEM LINE" or "-ITEM REASON"; "end\n" and lines: nothing follows
@@ -249,7 +249,8 @@ int main(int argc, char** argv) {
   const int rank = slipstream::rank_of_this();
   std::array<char, 256> host{};
   ::gethostname(host.data(), host.size() - 1);
-  const std::string name = rank == 0 ? "slipstream-study-mpi" : fmt::format("slipstream-study-mpi (rank {} on {})", rank, host.data());
+  const std::string name =
+      rank == 0 ? "slipstream-study-mpi" : fmt::format("slipstream-study-mpi (rank {} on {})", rank, host.data());
   const int code = slipstream::run_main(name, [&] { return slipstream::run(argc, argv); });
   // Whoever fails ends all: the others wait for messages that never come.
   if (code != 0) MPI_Abort(MPI_COMM_WORLD, code);

@@ -83,7 +83,8 @@ std::string verdict(const std::string& file, const std::string& header) {
   if (header.find("..") != std::string::npos) return file + " includes " + header + " by a relative path";
   if (target == header || (!arrows().contains(target) && target != "tests")) return "";  // from outside the house
   if (target == room || arrows().at(room).contains(target)) return "";
-  const bool speaks_to_io = room == "plant" || room == "estimators" || room == "monitor" || room == "studies" || room == "reproduce";
+  const bool speaks_to_io =
+      room == "plant" || room == "estimators" || room == "monitor" || room == "studies" || room == "reproduce";
   if (target == "io" && speaks_to_io && is_main(file)) return "";
   return file + " includes " + header + ": no arrow from " + room + " to " + target;
 }

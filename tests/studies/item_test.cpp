@@ -67,7 +67,11 @@ TEST(Item, ALineReadsBackToTheSameBits) {
 }
 
 TEST(Item, WhatIsNotKnownIsNull) {
-  RunLine line{"key", 3, 5, {{"e", {2, 0, 1}, 1, 0.1, {{"x", 1, 1e-300, 0.1, {0.1, NAN}, {}}}, {}, {}, {0.0, 0.1}, {0.1, NAN}, {NAN, NAN}}}, {NAN}};
+  RunLine line{"key",
+               3,
+               5,
+               {{"e", {2, 0, 1}, 1, 0.1, {{"x", 1, 1e-300, 0.1, {0.1, NAN}, {}}}, {}, {}, {0.0, 0.1}, {0.1, NAN}, {NAN, NAN}}},
+               {NAN}};
   const std::string text = to_text(line);
   const RunLine back = read_run_line(text);
   EXPECT_EQ(to_text(back), text);
@@ -80,10 +84,15 @@ TEST(Item, WhatIsNotKnownIsNull) {
 }
 
 TEST(Item, TextThatIsNoLineIsRefused) {
-  for (const char* text : {"", "{", "[]", "3", "{\"study\":\"k\",\"item\":1"}) EXPECT_EQ(refusal_of([&] { read_run_line(text); }), "not a line of JSON");
+  for (const char* text : {"", "{", "[]", "3", "{\"study\":\"k\",\"item\":1"})
+    EXPECT_EQ(refusal_of([&] { read_run_line(text); }), "not a line of JSON");
   for (const char* text : {"{}", R"({"study":3,"item":1,"seed":2,"estimators":{},"step_time_us":{}})",
                            R"({"study":"k","item":1,"seed":2,"estimators":{"e":{}},"step_time_us":{}})"})
     EXPECT_EQ(refusal_of([&] { read_run_line(text); }), "not the line of a run") << text;
+  const TemporaryFolder folder;
+  std::string cut = to_text(run_item(read_small(folder, small_study("", "series = true")), 0));
+  cut.replace(cut.find("\"t_s\":[0"), 8, "\"t_s\":[0.5,0");
+  EXPECT_EQ(refusal_of([&] { read_run_line(cut); }), "series of different lengths");
 }
 
 }  // namespace

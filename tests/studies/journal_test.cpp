@@ -70,12 +70,27 @@ TEST_F(Journals, Refusals) {
             file + ":1: item 3 with seed " + std::to_string(study_.seed_of(0)) + " is no run of this study");
 }
 
+// A damage inside a line shows when it is summed.
+TEST_F(Journals, ADamagedLineIsNamed) {
+  const std::string file = path("runs.jsonl");
+  std::string damaged = line(0);
+  damaged[damaged.size() / 2] = '"';
+  folder_.write("runs.jsonl", damaged + "\n" + line(1) + "\n");
+  KnownRuns runs(study_);
+  EXPECT_EQ(runs.read(file), 0U);
+  const std::string refused = refusal_of([&] { summarise(study_, runs); });
+  EXPECT_TRUE(refused == file + ":1: not a line of JSON; take the line out and its run is repeated" ||
+              refused == file + ":1: not the line of a run; take the line out and its run is repeated")
+      << refused;
+}
+
 TEST_F(Journals, TheSameResultTwiceIsFineADifferentOneIsNot) {
   const std::string file = path("runs.jsonl"), a = line(0), again = line(0);  // other times
   EXPECT_EQ(known(a + "\n" + again + "\n"), "100");
   std::string different = a;
   different.replace(a.find("\"steps\":21"), 10, "\"steps\":22");
-  EXPECT_EQ(known(a + "\n" + different + "\n"), file + ":2: item 0 differs from " + file + ":1: one of them was made by another program");
+  EXPECT_EQ(known(a + "\n" + different + "\n"),
+            file + ":2: item 0 differs from " + file + ":1: one of them was made by another program");
 }
 
 TEST_F(Journals, ADeskGoesOnWhereAnEarlierOneEnded) {
@@ -93,13 +108,13 @@ TEST_F(Journals, ADeskGoesOnWhereAnEarlierOneEnded) {
     desk.close();
   }
   const std::string whole = text_of(path("out/runs.jsonl"));
-  const std::size_t last = whole.size() - whole.find('\n') - 1;  // bytes of item 0's line, the second
+  const std::size_t last = whole.size() - whole.find('\n') - 1;         // bytes of item 0's line, the second
   folder_.write("out/runs.jsonl", whole.substr(0, whole.size() - 10));  // item 0's line is torn
   {
     Desk desk(study_, out, {}, say);
     ASSERT_EQ(said.size(), 1U);
-    EXPECT_EQ(said[0], out + "/runs.jsonl: cut off a torn last line of " + std::to_string(last - 10) +
-                           " bytes; its run is repeated");
+    EXPECT_EQ(said[0],
+              out + "/runs.jsonl: cut off a torn last line of " + std::to_string(last - 10) + " bytes; its run is repeated");
     EXPECT_EQ(desk.done(), 1U);
     EXPECT_EQ(desk.next(), 1U);  // done again, to see whether it comes out as it did
     EXPECT_EQ(desk.next(), 0U);
@@ -133,8 +148,9 @@ TEST_F(Journals, AnotherProgramMayNotGoOn) {
   Desk desk(study_, out, {}, quiet);
   EXPECT_EQ(desk.next(), 0U);
   EXPECT_EQ(refusal_of([&] { desk.finished(0, line(0)); }),
-            out + "/runs.jsonl:1: this run comes out differently now: another program has begun this study; start it afresh in "
-                  "another folder");
+            out +
+                "/runs.jsonl:1: this run comes out differently now: another program has begun this study; start it afresh in "
+                "another folder");
 }
 
 TEST_F(Journals, ShardsShareTheItems) {
@@ -164,7 +180,8 @@ TEST_F(Journals, AFolderHoldsOneStudy) {
   folder_.write("odd/runs-1-of-2.jsonl", "");
   EXPECT_EQ(refusal_of([&] { claim_folder(path("odd"), study_); }),
             "--out: " + path("odd") + " holds runs but no study.toml that says of what; give this study another folder");
-  EXPECT_EQ(refusal_of([&] { claim_folder(folder_.write("file", ""), study_); }), "--out: " + path("file") + " is not a folder");
+  EXPECT_EQ(refusal_of([&] { claim_folder(folder_.write("file", ""), study_); }),
+            "--out: " + path("file") + " is not a folder");
   EXPECT_EQ(refusal_of([&] { claim_folder("/proc/nowhere", study_); }),
             "--out: cannot make the folder /proc/nowhere/scenarios: No such file or directory");
 }

@@ -78,7 +78,8 @@ TEST(StudyReader, ARunHasItsSeedFromTheRootAndItsIndexOnly) {
 TEST(StudyReader, WhatIsResolvedReadsBackToTheSameStudy) {
   const TemporaryFolder folder, copy;
   const Study s = read_small(
-      folder, small_study("[grid]\n\"vehicle.mass_kg\" = [1000.0, 1500.0]\n[[compare]]\nestimator = \"few\"\nagainst = \"ekf\"\n"));
+      folder,
+      small_study("[grid]\n\"vehicle.mass_kg\" = [1000.0, 1500.0]\n[[compare]]\nestimator = \"few\"\nagainst = \"ekf\"\n"));
   std::filesystem::create_directory(copy.path("scenarios"));
   copy.write("scenarios/point_mass.toml", s.scenarios[0].toml);
   const Study again = load_study_file(copy.write("study.toml", s.resolved_toml), require_playable);
@@ -87,9 +88,7 @@ TEST(StudyReader, WhatIsResolvedReadsBackToTheSameStudy) {
   EXPECT_EQ(again.pairs[0].estimator, "few");
   EXPECT_EQ(load_study_text(s.resolved_toml, {{"point_mass", s.scenarios[0].toml}}, "text", require_playable).key, s.key);
   // What an estimator believes of the vehicle follows the grid, as it follows an override of the file itself.
-  const auto mass = [](const Scenario& scenario) {
-    return std::get<PointMassMotion>(scenario.estimator.process).car.mass_kg;
-  };
+  const auto mass = [](const Scenario& scenario) { return std::get<PointMassMotion>(scenario.estimator.process).car.mass_kg; };
   EXPECT_EQ(mass(again.cases[0].beliefs[0]), 1000.0);
   EXPECT_EQ(mass(again.cases[1].beliefs[0]), 1500.0);
 }
@@ -120,7 +119,8 @@ TEST(StudyReader, Refusals) {
       {"name = \"x\"\n[[scenario]]\nname = \"y\"\n[estimator.ekf]\n", file + ":2:1: missing key 'file' in [[scenario]]"},
       {"name = \"x\"\n[[scenario]]\nfile = \"nowhere.toml\"\n[estimator.ekf]\n",
        file + ":3:8: scenario.file: " + folder.path("nowhere.toml") + ": cannot read: No such file or directory"},
-      {small_study("[grid]\n"), file + ":12:1: grid: an empty grid; expected keys of the scenarios with lists of values, or no [grid]"},
+      {small_study("[grid]\n"),
+       file + ":12:1: grid: an empty grid; expected keys of the scenarios with lists of values, or no [grid]"},
       {small_study("[grid]\n\"vehicle.mass_kg\" = []\n"),
        file + ":13:21: grid.vehicle.mass_kg: found a list, expected a list of at least one value"},
       {small_study("[grid]\n\"vehicle.mass_kg\" = 3\n"),
@@ -133,25 +133,28 @@ TEST(StudyReader, Refusals) {
       {small_study("[grid]\n\"vehicle.mass_kg\" = [1000, -1]\n"),
        file + ": override 'vehicle.mass_kg=-1': vehicle.mass_kg: found -1, expected a number greater than 0"},
       {small_study("[grid]\n\"run.seed\" = [1, 2]\n"), file + ":12:1: grid: " + seed},
-      {small_study("[grid]\n\"run.duration_s\" = [1, 2]\n"), file + ":12:1: grid: 'run.duration_s' is also set by [[scenario]]"},
+      {small_study("[grid]\n\"run.duration_s\" = [1, 2]\n"),
+       file + ":12:1: grid: 'run.duration_s' is also set by [[scenario]]"},
       {small_study("[grid]\n\"tuning.matched.pf_particles\" = [1, 2]\n"),
        file + ":12:1: grid: 'tuning.matched.pf_particles' is also set by [estimator.few]"},
       {small_study("[[scenario]]\nfile = \"" + kPointMass + "\"\n"),
        file + ":13:8: scenario.file: two scenarios are called 'point_mass'; give one of them a `name`"},
-      {small_study("[[scenario]]\nfile = \"" + kPointMass + "\"\nset = [\"run.seed=3\"]\n"), file + ":14:7: scenario.set: " + seed},
+      {small_study("[[scenario]]\nfile = \"" + kPointMass + "\"\nset = [\"run.seed=3\"]\n"),
+       file + ":14:7: scenario.set: " + seed},
       {small_study("[[scenario]]\nfile = \"" + std::string(SLIPSTREAM_SOURCE_DIR) + "/scenarios/f1tenth_ds3.toml\"\n"),
        file + ":13:8: scenario.file: a study simulates; this scenario plays a recorded drive"},
-      {small_study("[estimator.pff]\n"),
-       file + ":12:1: estimator.pff: unknown algorithm 'pff'; expected one of: "},
+      {small_study("[estimator.pff]\n"), file + ":12:1: estimator.pff: unknown algorithm 'pff'; expected one of: "},
       {small_study("[estimator.pf]\ntuning = \"macthed\"\n"),
        file + ":12:1: estimator.pf: unknown tuning 'macthed'; scenario 'point_mass' has: matched, undiscretised"},
       {small_study("[estimator.pf]\nalgoritm = \"pf\"\n"),
        file + ":13:1: unknown key 'algoritm' in [estimator.pf]; did you mean 'algorithm'?"},
       {small_study("[estimator.pf]\nset = [\"tuning.matched.pf_partciles=3\"]\n"),
-       file + ": estimator.pf.set: override 'tuning.matched.pf_partciles=3': unknown key 'pf_partciles' in [tuning.matched]; did "
-              "you mean 'pf_particles'?"},
+       file +
+           ": estimator.pf.set: override 'tuning.matched.pf_partciles=3': unknown key 'pf_partciles' in [tuning.matched]; did "
+           "you mean 'pf_particles'?"},
       {small_study("[estimator.pf]\nset = [\"vehicle.mass_kg=3\"]\n"),
-       file + ":13:7: estimator.pf.set: 'vehicle.mass_kg' is not the estimator's alone: expected keys in estimator. or tuning."},
+       file +
+           ":13:7: estimator.pf.set: 'vehicle.mass_kg' is not the estimator's alone: expected keys in estimator. or tuning."},
       {small_study("[[compare]]\nestimator = \"ekf\"\nagainst = \"fwe\"\n"),
        file + ":14:11: compare.against: unknown estimator 'fwe'; did you mean 'few'?"},
       {small_study("[[compare]]\nestimator = \"ekf\"\nagainst = \"ekf\"\n"),

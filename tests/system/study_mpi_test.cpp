@@ -1,5 +1,5 @@
-// slipstream-study-mpi: whatever the ranks and hosts, the results are those of one process, to the bit. Skipped where MPI, or the
-// right to make network namespaces, is missing.
+// slipstream-study-mpi: whatever the ranks and hosts, the results are those of one process, to the bit. Skipped where MPI, or
+// the right to make network namespaces, is missing.
 #include <unistd.h>
 
 #include "tests/system/studies.hpp"
@@ -7,9 +7,7 @@
 namespace slipstream::test {
 namespace {
 
-bool has_program(const std::string& name) {
-  return std::system(("command -v " + name + " >/dev/null 2>&1").c_str()) == 0;
-}
+bool has_program(const std::string& name) { return std::system(("command -v " + name + " >/dev/null 2>&1").c_str()) == 0; }
 bool has_mpi() { return std::filesystem::exists(Bench::program("study-mpi")) && has_program("mpirun"); }
 
 // As root too, and with more ranks than processors.
@@ -98,12 +96,24 @@ TEST(StudyMpi, TwoHostsThatShareNothingButANetwork) {
   if (!hosts.made()) GTEST_SKIP() << "network namespaces are not allowed here";
   const std::string file = write_study(bench, 100), results = whole(bench, file), marks = bench.path("came");
   // mpirun asks this for a shell on the other host, as it would ask ssh: HOST COMMAND ...
-  const std::string agent = bench.folder.write(
-      "agent", "#!/bin/sh\necho \"$1\" >>" + marks + "\nshift\nexec ip netns exec " + TwoHosts::name("b") +
-                   " unshare --uts sh -c 'hostname other-host; exec sh -c \"$1\"' sh \"$*\"\n");
+  const std::string agent =
+      bench.folder.write("agent", "#!/bin/sh\necho \"$1\" >>" + marks + "\nshift\nexec ip netns exec " + TwoHosts::name("b") +
+                                      " unshare --uts sh -c 'hostname other-host; exec sh -c \"$1\"' sh \"$*\"\n");
   std::filesystem::permissions(agent, std::filesystem::perms::owner_all);
-  const Arguments network{"--mca", "plm_rsh_agent", agent, "--mca", "oob_tcp_if_include", "10.91.7.0/24", "--mca", "btl", "tcp,self",
-                          "--mca", "btl_tcp_if_include", "10.91.7.0/24", "--host", "10.91.7.1:1,10.91.7.2:1"};
+  const Arguments network{"--mca",
+                          "plm_rsh_agent",
+                          agent,
+                          "--mca",
+                          "oob_tcp_if_include",
+                          "10.91.7.0/24",
+                          "--mca",
+                          "btl",
+                          "tcp,self",
+                          "--mca",
+                          "btl_tcp_if_include",
+                          "10.91.7.0/24",
+                          "--host",
+                          "10.91.7.1:1,10.91.7.2:1"};
   Process p = bench.run(Arguments{"ip", "netns", "exec", TwoHosts::name("a")} + mpirun(2) + network +
                         Arguments{Bench::program("study-mpi"), file, "--out", bench.path("out")});
   EXPECT_EQ(p.wait(40.0), 0) << p.out() << p.err();

@@ -109,7 +109,8 @@ TEST(Study, KilledTenTimesAndResumedItIsTheSameToTheBit) {
   int killed = 0;
   for (int i = 0; i < 10; ++i) {
     Process p = bench.run({Bench::program("study"), file, "--out", bench.path("out")});
-    std::this_thread::sleep_for(std::chrono::duration<double>(whole_s * (0.05 + 0.2 * static_cast<double>(random() % 1000) / 1000.0)));
+    std::this_thread::sleep_for(
+        std::chrono::duration<double>(whole_s * (0.05 + 0.2 * static_cast<double>(random() % 1000) / 1000.0)));
     killed += p.is_running() ? 1 : 0;
     p.kill();
     EXPECT_EQ(survivors(bench.path("out")), "") << "no child outlives its parent";
@@ -141,7 +142,8 @@ TEST(Study, ShardsMergedAreTheWhole) {
   Process whole = bench.run({Bench::program("study"), file, "--out", bench.path("whole")});
   expect_success(whole);
   for (const char* k : {"1", "2", "3"}) {
-    Process p = bench.run({Bench::program("study"), file, "--shard", std::string(k) + "/3", "--out", bench.path(std::string("s") + k)});
+    Process p =
+        bench.run({Bench::program("study"), file, "--shard", std::string(k) + "/3", "--out", bench.path(std::string("s") + k)});
     expect_success(p);
     EXPECT_TRUE(p.said("merge the shards with: slipstream-study merge DIR... --out DIR"));
     EXPECT_FALSE(std::filesystem::exists(bench.path(std::string("s") + k + "/results.json")));
@@ -149,8 +151,8 @@ TEST(Study, ShardsMergedAreTheWhole) {
   expect_refused(bench, "study", {"merge", bench.path("s1"), bench.path("s3"), "--out", out},
                  "13 of 40 runs are missing: items 1, 4, 7, 10, 13 and 8 more; --partial merges what is there");
   // A folder, a file, and one shard twice.
-  Process merge = bench.run({Bench::program("study"), "merge", bench.path("s2"), bench.path("s1/runs-1-of-3.jsonl"), bench.path("s3"),
-                             bench.path("s3"), "--out", out});
+  Process merge = bench.run({Bench::program("study"), "merge", bench.path("s2"), bench.path("s1/runs-1-of-3.jsonl"),
+                             bench.path("s3"), bench.path("s3"), "--out", out});
   expect_success(merge);
   EXPECT_EQ(results_of(bench, "merged"), results_of(bench, "whole"));
 
@@ -185,17 +187,20 @@ TEST(Study, MergeRefusesWhatDoesNotBelongTogether) {
   std::string text = text_of(a_runs);
   text.replace(text.find("\"fallback\":0"), 12, "\"fallback\":1");
   std::ofstream(bench.path("c/runs.jsonl")) << text;
-  const std::string line = refused_line(bench, {Bench::program("study"), "merge", bench.path("a"), bench.path("c"), "--out", bench.path("m")});
-  EXPECT_TRUE(std::regex_match(line, std::regex("slipstream-study: .*/c/runs.jsonl:[1-4]: item [0-3] differs from .*/a/runs.jsonl:[1-4]: "
-                                                "one of them was made by another program\n")))
+  const std::string line =
+      refused_line(bench, {Bench::program("study"), "merge", bench.path("a"), bench.path("c"), "--out", bench.path("m")});
+  EXPECT_TRUE(std::regex_match(
+      line, std::regex("slipstream-study: .*/c/runs.jsonl:[1-4]: item [0-3] differs from .*/a/runs.jsonl:[1-4]: "
+                       "one of them was made by another program\n")))
       << line;
   // A study.toml that somebody has edited.
   std::string toml = text_of(bench.path("a/study.toml"));
   toml.replace(toml.find("seed = 7"), 8, "seed = 8");
   std::ofstream(bench.path("a/study.toml")) << toml;
   const std::string edited = refused_line(bench, {Bench::program("study"), "merge", bench.path("a"), "--out", bench.path("m")});
-  EXPECT_TRUE(std::regex_match(edited, std::regex("slipstream-study: .*/a/study.toml: its first line says '# study [0-9a-f]{16}', but it "
-                                                  "reads as '# study [0-9a-f]{16}': was it changed, or made by another program\\?\n")))
+  EXPECT_TRUE(std::regex_match(
+      edited, std::regex("slipstream-study: .*/a/study.toml: its first line says '# study [0-9a-f]{16}', but it "
+                         "reads as '# study [0-9a-f]{16}': was it changed, or made by another program\\?\n")))
       << edited;
 }
 
@@ -241,8 +246,9 @@ TEST(Study, ARunWhoseProcessEndsIsNamedAndTriedAgain) {
   ASSERT_EQ(children.size(), 3U);  // with the parent, which is the oldest
   ::kill(*std::max_element(children.begin(), children.end()), SIGKILL);
   EXPECT_EQ(p.wait(), 1);
-  EXPECT_TRUE(std::regex_search(p.out(), std::regex("slipstream-study: item [0-9]+ failed: its process was ended by signal 9 \\(to see "
-                                                    "it: slipstream-plant scenarios/point_mass.toml --set run.seed=[0-9]+\\)\n")))
+  EXPECT_TRUE(
+      std::regex_search(p.out(), std::regex("slipstream-study: item [0-9]+ failed: its process was ended by signal 9 \\(to see "
+                                            "it: slipstream-plant scenarios/point_mass.toml --set run.seed=[0-9]+\\)\n")))
       << p.out();
   EXPECT_EQ(p.err(), "slipstream-study: 1 of 2000 runs failed; the same call tries them again\n");
   const nlohmann::json partial = nlohmann::json::parse(results_of(bench, "out"), nullptr, false);
@@ -284,8 +290,9 @@ TEST(Study, AFileThatMayNotGrowLosesNoRun) {
   const std::string limited = "trap '' XFSZ; ulimit -f 64; exec \"$0\" \"$@\"";  // in blocks of 1024 bytes
   Process p = bench.run({"bash", "-c", limited, Bench::program("study"), file, "--out", out});
   EXPECT_EQ(p.wait(), 1);
-  EXPECT_EQ(p.err(), "slipstream-study: " + out +
-                         "/runs.jsonl: cannot write: File too large; the runs before are kept, the same call goes on from there\n");
+  EXPECT_EQ(p.err(),
+            "slipstream-study: " + out +
+                "/runs.jsonl: cannot write: File too large; the runs before are kept, the same call goes on from there\n");
   const std::string kept = text_of(out + "/runs.jsonl");
   EXPECT_EQ(kept.back(), '\n');
   Process again = bench.run({Bench::program("study"), file, "--out", out});
