@@ -16,6 +16,8 @@ namespace slipstream {
 std::unique_ptr<Estimator> make_ekf(const Scenario& scenario, const Tuning& tuning);
 std::unique_ptr<Estimator> make_mhe(const Scenario& scenario, const Tuning& tuning);
 std::unique_ptr<Estimator> make_pf(const Scenario& scenario, const Tuning& tuning);
+std::unique_ptr<Estimator> make_asir(const Scenario& scenario, const Tuning& tuning);
+std::unique_ptr<Estimator> make_rbpf(const Scenario& scenario, const Tuning& tuning);
 std::unique_ptr<Estimator> make_hierarchical_ekf(const Scenario& scenario, const Tuning& tuning);
 std::unique_ptr<Estimator> make_hierarchical_mhe(const Scenario& scenario, const Tuning& tuning);
 
@@ -30,6 +32,8 @@ constexpr Entry kAlgorithms[] = {
     {"ekf", make_ekf},
     {"mhe", make_mhe},
     {"pf", make_pf},
+    {"asir", make_asir},
+    {"rbpf", make_rbpf},
     {"hierarchical_ekf", make_hierarchical_ekf},
     {"hierarchical_mhe", make_hierarchical_mhe},
 };

@@ -10,12 +10,15 @@
 
 namespace slipstream {
 
-// How many Runge-Kutta steps the way from x over dt needs: stable up to 2.78 over the fastest rate, 2 to keep some distance.
+// How many Runge-Kutta steps dt needs: stable up to 2.78 over the fastest rate, 2 to keep some distance.
+inline int transition_steps(double fastest_rate_hz, double dt_s) {
+  constexpr double kMostSteps = 10000.0;
+  const double times_rate = 0.5 * dt_s * fastest_rate_hz;
+  return times_rate <= 1.0 ? 1 : static_cast<int>(std::min(std::ceil(times_rate), kMostSteps));
+}
 template <ProcessModel M>
 int transition_steps(const M& model, const Vector<double, M::kStates>& x, double dt_s) {
-  constexpr double kMostSteps = 10000.0;
-  const double times_rate = 0.5 * dt_s * model.fastest_rate_hz(x);
-  return times_rate <= 1.0 ? 1 : static_cast<int>(std::min(std::ceil(times_rate), kMostSteps));
+  return transition_steps(model.fastest_rate_hz(x), dt_s);
 }
 
 template <ProcessModel M, typename T>
