@@ -1,5 +1,6 @@
-// Elementary functions without branches or library calls, so that a loop over an array of them vectorises (g++ 12 leaves calls
-// to the C library scalar) and gives the same bits with every vector length and C library.
+// Elementary functions without branches or library calls, for one number or for all numbers of a register at once (g++ 12 leaves
+// calls to the C library scalar), with the same bits for every register's width and C library. Polynomials are summed by parts that
+// do not wait for each other (Estrin's scheme).
 //
 //   exp x = 2^k e^r,      r = x - k ln 2, |r| <= ln 2 / 2      Taylor series to r^13
 //   log x = k ln 2 + 2 artanh s,  s = (m - 1)/(m + 1), x = 2^k m, m in [sqrt 1/2, sqrt 2)      series to s^21
@@ -11,8 +12,53 @@
 
 #include <bit>
 #include <cstdint>
+#include <cstring>
+
+// Wide registers are returned in one way where the processor has them and in another where not. All this is inlined.
+#if defined(__GNUC__)
+#pragma GCC diagnostic ignored "-Wpsabi"
+#endif
 
 namespace slipstream::batch {
+
+// A register of so many numbers, its bits, and as many of single precision.
+template <int kWidth>
+struct Register;
+template <>
+struct Register<1> {
+  using Real = double;
+  using Bits = std::uint64_t;
+};
+template <>
+struct Register<2> {
+  using Real [[gnu::vector_size(16)]] = double;
+  using Bits [[gnu::vector_size(16)]] = std::uint64_t;
+  using Single [[gnu::vector_size(8)]] = float;
+};
+template <>
+struct Register<4> {
+  using Real [[gnu::vector_size(32)]] = double;
+  using Bits [[gnu::vector_size(32)]] = std::uint64_t;
+  using Single [[gnu::vector_size(16)]] = float;
+};
+template <>
+struct Register<8> {
+  using Real [[gnu::vector_size(64)]] = double;
+  using Bits [[gnu::vector_size(64)]] = std::uint64_t;
+  using Single [[gnu::vector_size(32)]] = float;
+};
+
+// Whether any bit is set.
+template <int kWidth>
+inline bool any_of(const typename Register<kWidth>::Bits& bits) {
+  if constexpr (kWidth == 2) {
+    return (bits[0] | bits[1]) != 0;
+  } else {
+    typename Register<kWidth / 2>::Bits half[2];
+    std::memcpy(half, &bits, sizeof bits);
+    return any_of<kWidth / 2>(half[0] | half[1]);
+  }
+}
 
 // Adding it rounds to a whole number, which then stands in the low bits; up to 2^51.
 inline constexpr double kRounder = 0x1.8p52;
@@ -20,64 +66,64 @@ inline constexpr double kRounder = 0x1.8p52;
 // For kExpLowest <= x <= 709. 0 below -708.7, where e^x is below the least normal number. Who may have less must clamp in a
 // loop of his own: clamped here, compilers make a branch of it.
 inline constexpr double kExpLowest = -709.2;  // k is -1023 here, whose bits make the scale 0
-inline double exp(double x) {
+template <int kWidth>
+inline typename Register<kWidth>::Real exp_of(const typename Register<kWidth>::Real& x) {
+  using Real = typename Register<kWidth>::Real;
+  using Bits = typename Register<kWidth>::Bits;
   constexpr double kLog2E = 1.4426950408889634;
   constexpr double kLn2High = 0x1.62e42fefa38p-1, kLn2Low = 0x1.ef35793c7673p-45;  // k times the first is exact
-  const double rounded = x * kLog2E + kRounder;
-  const double k = rounded - kRounder;
-  const double r = (x - k * kLn2High) - k * kLn2Low;
-  double e = 1.0 / 6227020800.0;
-  e = e * r + 1.0 / 479001600.0;
-  e = e * r + 1.0 / 39916800.0;
-  e = e * r + 1.0 / 3628800.0;
-  e = e * r + 1.0 / 362880.0;
-  e = e * r + 1.0 / 40320.0;
-  e = e * r + 1.0 / 5040.0;
-  e = e * r + 1.0 / 720.0;
-  e = e * r + 1.0 / 120.0;
-  e = e * r + 1.0 / 24.0;
-  e = e * r + 1.0 / 6.0;
-  e = e * r + 0.5;
-  e = e * r + 1.0;
-  e = e * r + 1.0;
-  const double scale = std::bit_cast<double>((std::bit_cast<std::uint64_t>(rounded) + 1023) << 52);
-  return e * scale;
+  const Real rounded = x * kLog2E + kRounder;
+  const Real k = rounded - kRounder;
+  const Real r = (x - k * kLn2High) - k * kLn2Low;
+  const Real r2 = r * r, r4 = r2 * r2;
+  const Real low = (1.0 + r) + r2 * (0.5 + r * (1.0 / 6.0));
+  const Real middle = (1.0 / 24.0 + r * (1.0 / 120.0)) + r2 * (1.0 / 720.0 + r * (1.0 / 5040.0));
+  const Real high = (1.0 / 40320.0 + r * (1.0 / 362880.0)) + r2 * (1.0 / 3628800.0 + r * (1.0 / 39916800.0));
+  const Real last = 1.0 / 479001600.0 + r * (1.0 / 6227020800.0);
+  const Real e = low + r4 * (middle + r4 * (high + r4 * last));
+  const Bits scale = (std::bit_cast<Bits>(rounded) + std::uint64_t{1023}) << std::uint64_t{52};
+  return e * std::bit_cast<Real>(scale);
 }
+inline double exp(double x) { return exp_of<1>(x); }
 
 // For positive normal x.
-inline double log(double x) {
+template <int kWidth>
+inline typename Register<kWidth>::Real log_of(const typename Register<kWidth>::Real& x) {
+  using Real = typename Register<kWidth>::Real;
+  using Bits = typename Register<kWidth>::Bits;
   constexpr double kLn2 = 0.6931471805599453;
   constexpr std::uint64_t kOne = 0x3ff0000000000000ULL, kRootHalf = 0x3fe6a09e667f3bcdULL, kMantissa = 0x000fffffffffffffULL;
-  const std::uint64_t shifted = std::bit_cast<std::uint64_t>(x) + (kOne - kRootHalf);
-  const double k = std::bit_cast<double>((shifted >> 52) | 0x4330000000000000ULL) - (0x1.0p52 + 1023.0);
-  const double m = std::bit_cast<double>((shifted & kMantissa) + kRootHalf);
-  const double s = (m - 1.0) / (m + 1.0);
-  const double z = s * s;
-  double a = 1.0 / 21.0;
-  a = a * z + 1.0 / 19.0;
-  a = a * z + 1.0 / 17.0;
-  a = a * z + 1.0 / 15.0;
-  a = a * z + 1.0 / 13.0;
-  a = a * z + 1.0 / 11.0;
-  a = a * z + 1.0 / 9.0;
-  a = a * z + 1.0 / 7.0;
-  a = a * z + 1.0 / 5.0;
-  a = a * z + 1.0 / 3.0;
-  return k * kLn2 + (2.0 * s + 2.0 * s * (a * z));
+  const Bits shifted = std::bit_cast<Bits>(x) + (kOne - kRootHalf);
+  const Bits exponent = (shifted >> std::uint64_t{52}) | std::uint64_t{0x4330000000000000ULL};
+  const Bits mantissa = (shifted & kMantissa) + kRootHalf;
+  const Real k = std::bit_cast<Real>(exponent) - (0x1.0p52 + 1023.0);
+  const Real m = std::bit_cast<Real>(mantissa);
+  const Real s = (m - 1.0) / (m + 1.0);
+  const Real z = s * s;
+  const Real z2 = z * z, z4 = z2 * z2;
+  const Real low = (1.0 / 3.0 + z * (1.0 / 5.0)) + z2 * (1.0 / 7.0 + z * (1.0 / 9.0));
+  const Real high = (1.0 / 11.0 + z * (1.0 / 13.0)) + z2 * (1.0 / 15.0 + z * (1.0 / 17.0));
+  const Real a = low + z4 * (high + z4 * (1.0 / 19.0 + z * (1.0 / 21.0)));
+  const Real twice = 2.0 * s;
+  return k * kLn2 + (twice + twice * (a * z));
 }
+inline double log(double x) { return log_of<1>(x); }
 
-struct SineCosine {
-  double sine, cosine;
+template <int kWidth>
+struct SinesCosines {
+  typename Register<kWidth>::Real sine, cosine;
 };
 
 // Of the angle 2 pi t; |t| up to 2^48.
-inline SineCosine sine_cosine_of_turns(double t) {
+template <int kWidth>
+inline SinesCosines<kWidth> sines_cosines_of_turns(const typename Register<kWidth>::Real& t) {
+  using Real = typename Register<kWidth>::Real;
+  using Bits = typename Register<kWidth>::Bits;
   constexpr double kQuarter = 1.5707963267948966;
-  const double rounded = 4.0 * t + kRounder;
-  const double r = (4.0 * t - (rounded - kRounder)) * kQuarter;
-  const double z = r * r;
-  double s = 1.0 / 355687428096000.0;
-  s = s * z - 1.0 / 1307674368000.0;
+  const Real rounded = 4.0 * t + kRounder;
+  const Real r = (4.0 * t - (rounded - kRounder)) * kQuarter;
+  const Real z = r * r;
+  Real s = z * (1.0 / 355687428096000.0) - 1.0 / 1307674368000.0;
   s = s * z + 1.0 / 6227020800.0;
   s = s * z - 1.0 / 39916800.0;
   s = s * z + 1.0 / 362880.0;
@@ -85,8 +131,7 @@ inline SineCosine sine_cosine_of_turns(double t) {
   s = s * z + 1.0 / 120.0;
   s = s * z - 1.0 / 6.0;
   s = r + r * (s * z);
-  double c = 1.0 / 20922789888000.0;
-  c = c * z - 1.0 / 87178291200.0;
+  Real c = z * (1.0 / 20922789888000.0) - 1.0 / 87178291200.0;
   c = c * z + 1.0 / 479001600.0;
   c = c * z - 1.0 / 3628800.0;
   c = c * z + 1.0 / 40320.0;
@@ -95,11 +140,14 @@ inline SineCosine sine_cosine_of_turns(double t) {
   c = c * z - 0.5;
   c = c * z + 1.0;
   // After q quarter turns sine and cosine have changed places q times, and signs as the quadrant says.
-  const std::uint64_t q = std::bit_cast<std::uint64_t>(rounded);
-  const std::uint64_t odd = 0ULL - (q & 1U);
-  const std::uint64_t sine = std::bit_cast<std::uint64_t>(s), cosine = std::bit_cast<std::uint64_t>(c);
-  return {std::bit_cast<double>(((sine & ~odd) | (cosine & odd)) ^ ((q & 2U) << 62)),
-          std::bit_cast<double>(((cosine & ~odd) | (sine & odd)) ^ (((q + 1U) & 2U) << 62))};
+  const Bits q = std::bit_cast<Bits>(rounded);
+  const Bits odd = std::uint64_t{0} - (q & std::uint64_t{1});
+  const Bits sine = std::bit_cast<Bits>(s), cosine = std::bit_cast<Bits>(c);
+  const Bits first = ((sine & ~odd) | (cosine & odd)) ^ ((q & std::uint64_t{2}) << std::uint64_t{62});
+  const Bits second = ((cosine & ~odd) | (sine & odd)) ^ (((q + std::uint64_t{1}) & std::uint64_t{2}) << std::uint64_t{62});
+  return {std::bit_cast<Real>(first), std::bit_cast<Real>(second)};
 }
+using SineCosine = SinesCosines<1>;
+inline SineCosine sine_cosine_of_turns(double t) { return sines_cosines_of_turns<1>(t); }
 
 }  // namespace slipstream::batch

@@ -71,6 +71,8 @@ struct Dual {
 };
 
 // x inside [low, high], else the end that is nearer.
+// a < b ? yes : no, for scalars that are one number or several (pack.hpp).
+inline double select_less(double a, double b, double yes, double no) { return a < b ? yes : no; }
 inline double clamp(double x, double low, double high) { return x < low ? low : high < x ? high : x; }
 template <typename T, int N>
 Dual<T, N> clamp(const Dual<T, N>& x, double low, double high) {

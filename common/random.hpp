@@ -2,17 +2,13 @@
 //
 // Generator: SplitMix64 (Steele, Lea, Flood 2014), whose state is a counter; a stream is the counter's start, hashed from
 // (root seed, run index, name). Normal deviates by the polar method of Marsaglia, our own because std::normal_distribution
-// differs between standard libraries; many at once by the closed form of Box and Muller (1958), which vectorises.
+// differs between standard libraries; many at once: normal_draws.hpp.
 #pragma once
 
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string_view>
-
-#include "common/batch_math.hpp"
 
 namespace slipstream {
 
@@ -57,29 +53,8 @@ class RandomStream {
     return u * factor;
   }
 
-  // Fills `to` with normal deviates of mean 0 and variance 1, independent of all others of the stream.
-  //   z1 = sqrt(-2 log u1) cos(2 pi u2),  z2 = sqrt(-2 log u1) sin(2 pi u2)
-  void normals(std::span<double> to) {
-    const std::size_t half = to.size() / 2;
-    const std::uint64_t start = state_;
-    double* const first = to.data();
-    double* const second = to.data() + half;
-    for (std::size_t i = 0; i < half; ++i) {
-      const std::uint64_t at = start + (2 * i + 1) * kStep;
-      const double radius = std::sqrt(-2.0 * batch::log(2.0 - one_to_two(mix64(at))));
-      const batch::SineCosine angle = batch::sine_cosine_of_turns(one_to_two(mix64(at + kStep)) - 1.0);
-      first[i] = radius * angle.cosine;
-      second[i] = radius * angle.sine;
-    }
-    state_ += 2 * half * kStep;
-    if (to.size() % 2 != 0) to.back() = normal();
-  }
-
  private:
   static constexpr std::uint64_t kStep = 0x9e3779b97f4a7c15ULL;
-
-  // Uniform in [1, 2), 52 bits.
-  static double one_to_two(std::uint64_t bits) { return std::bit_cast<double>((bits >> 12) | 0x3ff0000000000000ULL); }
 
   std::uint64_t state_;
   double spare_ = 0.0;

@@ -1,68 +1,219 @@
-// A weighted set of particles as plain arrays: weights, resampling and credible intervals, for any model.
+// A weighted set of particles as plain arrays, one per column: log-weights, moments, resampling, for any model.
 //
-//   w_i = exp(l_i - max l) / sum_j exp(l_j - max l)      l: log-weights, so that no likelihood underflows
-//   N_eff = 1 / sum_i w_i^2
-//   systematic resampling: point j, (u + j)/N with one u ~ U[0, 1), falls to the first i with c_i = w_1 + ... + w_i above it,
-//   so particle i gets floor or ceil of N w_i offspring
+//   w_i = exp(l_i - max l)                       l: log-weights, so that no likelihood underflows
+//   N_eff = (sum_i w_i)^2 / sum_i w_i^2
+//   mean = sum_i w_i x_i / sum_i w_i,   covariance = sum_i w_i (x_i - mean)(x_i - mean)' / sum_i w_i
 //
-// Document 002, Table 2 (after Silva 2012); Arulampalam et al., IEEE Trans. Signal Processing 50 (2002), algorithms 2 to 4.
-// Sums run in four fixed lanes: the same bits with every vector length, and so on every processor.
+// A set has n state columns, and kExtra more that are only carried along. Moments are taken in one pass about a value near the
+// mean; where the difference leaves fewer than seven digits, in a second about the mean itself.
+//
+// Arrays are padded to whole packs of 32. Lanes beyond N repeat the last particle, without weight: no loop has a tail. Sums run
+// in 16 fixed lanes, whatever the registers: the same bits on every processor.
+// Arulampalam et al., IEEE Trans. Signal Processing 50 (2002), algorithms 2 to 4.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <utility>
+#include <cmath>
+#include <limits>
 #include <vector>
 
-#include "common/random.hpp"
-#include "models/sensors/noise.hpp"
+#include "common/pack.hpp"
+#include "common/types.hpp"
+#include "common/widest.hpp"
+#include "estimators/resampling.hpp"
 
 namespace slipstream {
 
-// Sum of f(i), i < n.
-template <typename F>
-double lane_sum(std::size_t n, const F& f) {
-  constexpr std::size_t kLanes = 4;
-  double sum[kLanes]{};
-  const std::size_t whole = n - n % kLanes;
-  for (std::size_t i = 0; i < whole; i += kLanes)
-    for (std::size_t lane = 0; lane < kLanes; ++lane) sum[lane] += f(i + lane);
-  for (std::size_t i = whole; i < n; ++i) sum[i - whole] += f(i);
-  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
-}
+inline constexpr std::size_t kPackLanes = 32;  // most that one operation takes
+inline constexpr std::size_t kSumLanes = 16;
+inline std::size_t padded_to_packs(std::size_t size) { return (size + kPackLanes - 1) / kPackLanes * kPackLanes; }
 
-// Writes the normalised weights and returns N_eff; takes the normalising constant out of the log-weights. Log-weights that are
-// not numbers get no weight. If all have vanished: 0, and nothing is written.
-double normalise(std::span<double> log_weight, std::span<double> weight);
+template <int n, int kExtra = 0>
+class ParticleSet {
+  static constexpr double kNothing = -std::numeric_limits<double>::infinity();
 
-// Takes off each log-weight what z says against a particle whose output is h: (z - h)^2 / (2 R) + log(R)/2, R = sigma(h)^2.
-void weigh_by_normal(double z, const NoiseLaw& law, std::span<const double> h, std::span<double> log_weight);
-
-// Adds sigma xi, xi ~ N(0, 1), to each; the draws are left in `xi`.
-void disturb_normally(RandomStream& random, double sigma, std::span<double> x, std::span<double> xi);
-
-// The ancestor of each offspring, ascending. `ancestor` has one element more than `weight`, of no meaning. u in [0, 1).
-void resample_systematic(std::span<const double> weight, double u, std::span<std::int32_t> ancestor);
-
-// The values that leave `tail` of the weight below and above. Exact: by buckets around mean +- 4 sigma, then by sorting the two
-// buckets that matter.
-class IntervalFinder {
  public:
-  explicit IntervalFinder(std::size_t most_particles);
-  std::pair<double, double> find(std::span<const double> x, std::span<const double> weight, double mean, double sigma,
-                                 double tail);
+  static constexpr int kColumns = n + kExtra;
+  using State = Vector<double, n>;
+
+  struct Moments {
+    State mean;
+    Matrix<double, n> covariance;
+  };
+
+  ParticleSet(int particles, Resampling method)
+      : size_(static_cast<std::size_t>(particles)),
+        padded_(padded_to_packs(size_)),
+        x_(kColumns * padded_),
+        moved_(kColumns * padded_),
+        even_weight_(padded_, 0.0),
+        even_log_weight_(padded_, kNothing),
+        weight_(padded_),
+        log_weight_(padded_),
+        new_log_weight_(padded_),
+        resampler_(method, size_) {
+    for (std::size_t i = 0; i < size_; ++i) even_weight_[i] = 1.0 / static_cast<double>(size_), even_log_weight_[i] = 0.0;
+  }
+
+  std::size_t size() const { return size_; }
+  std::size_t padded() const { return padded_; }
+  double* column(int c) { return x_.data() + static_cast<std::size_t>(c) * padded_; }
+  const double* column(int c) const { return x_.data() + static_cast<std::size_t>(c) * padded_; }
+  const double* weights() const { return even_ ? even_weight_.data() : weight_.data(); }
+  const double* log_weights() const { return even_ ? even_log_weight_.data() : log_weight_.data(); }
+  double total_weight() const { return total_; }
+  // Where log-weights after a measurement are written, for weigh().
+  double* new_log_weights() { return new_log_weight_.data(); }
+
+  State particle(std::size_t i) const {
+    State at;
+    for (int s = 0; s < n; ++s) at[s] = column(s)[i];
+    return at;
+  }
+  void put(std::size_t i, const State& at) {
+    for (int s = 0; s < n; ++s) column(s)[i] = at[s];
+  }
+  void repeat_last(double* a) const {
+    for (std::size_t i = size_; i < padded_; ++i) a[i] = a[size_ - 1];
+  }
+
+  void forget_weights() {
+    even_ = true;
+    total_ = 1.0;
+  }
+
+  // Takes over new_log_weights(), whose greatest is given, and returns N_eff. Log-weights that are not numbers get no weight. If
+  // all have vanished: 0, and the weights are as before.
+  double weigh(double greatest) {
+    if (!std::isfinite(greatest)) return 0.0;
+    double squares = 0.0;
+    const double* const l = new_log_weight_.data();
+    double* const w = weight_.data();
+    const std::size_t padded = padded_;
+    with_widest([&](auto width) {
+      using P = PackOf<width, kSumLanes>;
+      P sum(0.0), square(0.0);
+      for (std::size_t i = 0; i < padded; i += kSumLanes) {
+        const P here = exp(max(P::load(l + i) - greatest, batch::kExpLowest));
+        here.store(w + i);
+        sum += here;
+        square += here * here;
+      }
+      total_ = sum_of(sum);
+      squares = sum_of(square);
+    });
+    log_weight_.swap(new_log_weight_);
+    greatest_ = greatest;
+    even_ = false;
+    return total_ * total_ / squares;
+  }
+
+  // Mean and covariance; `near` is a value that should not be far off.
+  Moments moments(const State& near) const {
+    Moments at;
+    const double left = moments_about(near, at);
+    if (left < 1e-9) moments_about(at.mean, at);
+    return at;
+  }
+
+  // Weights of sum 1, and their logarithms.
+  void normalise() {
+    if (even_) return;
+    const double scale = 1.0 / total_, constant = greatest_ + std::log(total_);
+    double* const w = weight_.data();
+    double* const l = log_weight_.data();
+    for (std::size_t i = 0; i < padded_; ++i) w[i] *= scale, l[i] -= constant;
+    total_ = 1.0;
+    greatest_ = 0.0;
+  }
+
+  // N particles of equal weight. A number of each particle may go along.
+  void resample(RandomStream& random, std::vector<double>* along = nullptr) {
+    resampler_.draw({weights(), size_}, total_, random);
+    resampler_.template inherit<kColumns>(x_.data(), moved_.data(), padded_);
+    for (int c = 0; c < kColumns; ++c) repeat_last(moved_.data() + static_cast<std::size_t>(c) * padded_);
+    x_.swap(moved_);
+    if (along) {
+      resampler_.template inherit<1>(along->data(), new_log_weight_.data(), 0);
+      repeat_last(new_log_weight_.data());
+      along->swap(new_log_weight_);
+    }
+    forget_weights();
+  }
+  // Replaces each particle that is not finite by the heaviest one that is, without weight. False if there is none.
+  bool replace_lost() {
+    const auto is_lost = [&](std::size_t i) {
+      double zero = 0.0;
+      for (int c = 0; c < kColumns; ++c) zero += 0.0 * column(c)[i];
+      return zero != 0.0;
+    };
+    const double* const w = weights();
+    std::size_t heaviest = size_;
+    for (std::size_t i = 0; i < size_; ++i)
+      if (!is_lost(i) && w[i] > (heaviest == size_ ? 0.0 : w[heaviest])) heaviest = i;
+    if (heaviest == size_) return false;
+    double greatest = kNothing;
+    for (std::size_t i = 0; i < padded_; ++i) {
+      const bool lost = is_lost(i);
+      new_log_weight_[i] = lost ? kNothing : log_weights()[i];
+      greatest = std::max(greatest, new_log_weight_[i]);
+      for (int c = 0; lost && c < kColumns; ++c) column(c)[i] = column(c)[heaviest];
+    }
+    const bool any = weigh(greatest) > 0.0;
+    normalise();
+    return any;
+  }
 
  private:
-  static constexpr std::int32_t kBuckets = 256;
+  // Returns the least share of a second moment that is left as variance; 1 or more where there is none.
+  double moments_about(const State& near, Moments& at) const {
+    const double* const w = weights();
+    const std::size_t padded = padded_;
+    const State centre = near;
+    double first[n], second[n][n];
+    with_widest([&](auto width) {
+      using P = PackOf<width, kSumLanes>;
+      const double* const x = x_.data();
+      P mean[n], product[n][n];
+      for (int s = 0; s < n; ++s) {
+        mean[s] = P(0.0);
+        for (int t = 0; t <= s; ++t) product[s][t] = P(0.0);
+      }
+      for (std::size_t i = 0; i < padded; i += kSumLanes) {
+        const P weight = P::load(w + i);
+        P d[n];
+        for (int s = 0; s < n; ++s) {
+          d[s] = P::load(x + static_cast<std::size_t>(s) * padded + i) - centre[s];
+          const P weighted = weight * d[s];
+          mean[s] += weighted;
+          for (int t = 0; t <= s; ++t) product[s][t] += weighted * d[t];
+        }
+      }
+      for (int s = 0; s < n; ++s) {
+        first[s] = sum_of(mean[s]);
+        for (int t = 0; t <= s; ++t) second[s][t] = sum_of(product[s][t]);
+      }
+    });
+    const double scale = 1.0 / total_;
+    double left = 1.0;
+    for (int s = 0; s < n; ++s) {
+      at.mean[s] = centre[s] + first[s] * scale;
+      for (int t = 0; t <= s; ++t)
+        at.covariance(s, t) = at.covariance(t, s) = second[s][t] * scale - (first[s] * scale) * (first[t] * scale);
+      if (second[s][s] > 0.0) left = std::min(left, at.covariance(s, s) / (second[s][s] * scale));
+    }
+    return left;
+  }
 
-  // The values of one bucket, sorted from the end that the tail lies at; the first whose weight, with `passed`, reaches `tail`.
-  double pick(std::span<const double> x, std::span<const double> weight, std::int32_t bucket, double passed, double tail,
-              bool from_below);
-
-  std::vector<std::int32_t> bucket_of_;
-  std::vector<double> bucket_weight_;
-  std::vector<std::pair<double, double>> candidates_;  // value, weight
+  std::size_t size_;    // N
+  std::size_t padded_;  // N and the lanes that fill the last pack
+  bool even_ = true;    // all particles have the same weight
+  double total_ = 1.0;  // sum of the weights
+  double greatest_ = 0.0;  // what was taken off the log-weights before the exponential
+  std::vector<double> x_;
+  std::vector<double> moved_;  // as x_, while resampling
+  std::vector<double> even_weight_, even_log_weight_;
+  std::vector<double> weight_, log_weight_, new_log_weight_;
+  Resampler resampler_;
 };
 
 }  // namespace slipstream

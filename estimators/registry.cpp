@@ -18,6 +18,8 @@ std::unique_ptr<Estimator> make_ukf(const Scenario& scenario, const Tuning& tuni
 std::unique_ptr<Estimator> make_sqrt_ukf(const Scenario& scenario, const Tuning& tuning);
 std::unique_ptr<Estimator> make_mhe(const Scenario& scenario, const Tuning& tuning);
 std::unique_ptr<Estimator> make_pf(const Scenario& scenario, const Tuning& tuning);
+std::unique_ptr<Estimator> make_asir(const Scenario& scenario, const Tuning& tuning);
+std::unique_ptr<Estimator> make_rbpf(const Scenario& scenario, const Tuning& tuning);
 std::unique_ptr<Estimator> make_hierarchical_ekf(const Scenario& scenario, const Tuning& tuning);
 std::unique_ptr<Estimator> make_hierarchical_mhe(const Scenario& scenario, const Tuning& tuning);
 
@@ -34,6 +36,8 @@ constexpr Entry kAlgorithms[] = {
     {"sqrt_ukf", make_sqrt_ukf},
     {"mhe", make_mhe},
     {"pf", make_pf},
+    {"asir", make_asir},
+    {"rbpf", make_rbpf},
     {"hierarchical_ekf", make_hierarchical_ekf},
     {"hierarchical_mhe", make_hierarchical_mhe},
 };

@@ -27,7 +27,8 @@ concept ProcessModel = requires(const M model, Vector<double, M::kStates> x, Vec
   M::kOutputNames;  // std::array<Quantity, kOutputs>: the quantities of the sensors it can use
   model.template derivative<double>(x, u);
   model.template output<double>(x, u);
-  { model.fastest_rate_hz(x) } -> std::convertible_to<double>;  // around x; long times are divided by it
+  { model.fastest_rate_hz(x) } -> std::convertible_to<double>;  // around x; long times are divided by it; of any real scalar
+  M::kLinear;  // std::array<bool, kStates>: f and h are linear in these states together, given the others
   // The state that one measured output implies, for a start on the move; false if that output does not fix a start.
   { model.start_from(0, 0.0, x) } -> std::same_as<bool>;
 };

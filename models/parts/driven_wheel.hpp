@@ -38,11 +38,13 @@ struct DrivenWheel {
   }
 
   // The fastest rate of w' around w, 1/s: bounds the length of a stable Runge-Kutta step.
-  double fastest_rate_hz(double w) const {
+  template <typename T>
+  T fastest_rate_hz(const T& w) const {
+    using std::abs;
     const double rate = quarter.viscous_friction_nms / quarter.wheel_inertia_kgm2;
-    if (std::abs(w) >= standstill_eps_radps) return rate;
-    return rate + 1.5 * quarter.rolling_resistance * quarter.normal_force_n() * quarter.wheel_radius_m /
-                      (standstill_eps_radps * quarter.wheel_inertia_kgm2);
+    const double standing = rate + 1.5 * quarter.rolling_resistance * quarter.normal_force_n() * quarter.wheel_radius_m /
+                                       (standstill_eps_radps * quarter.wheel_inertia_kgm2);
+    return select_less(abs(w), T(standstill_eps_radps), T(standing), T(rate));
   }
 };
 

@@ -43,9 +43,11 @@ struct PointMassCar {
   }
 
   // The fastest rate of v' around v, 1/s: that of the push is greatest at standstill.
-  double fastest_rate_hz(double v) const {
+  template <typename T>
+  T fastest_rate_hz(const T& v) const {
+    using std::abs;
     const double e = speed_eps_mps * speed_eps_mps;
-    return (peak_power_w / (v * v + e) + 2.0 * frontal_area_m2 * drag_coefficient * std::abs(v)) * (1.0 / mass_kg);
+    return (peak_power_w / (v * v + e) + 2.0 * frontal_area_m2 * drag_coefficient * abs(v)) * (1.0 / mass_kg);
   }
 };
 

@@ -52,8 +52,10 @@ struct SingleTrack {
   }
 
   // The fastest rate, 1/s, of these stiffnesses at standstill, where it is greatest.
-  double fastest_rate_hz(double c_1, double c_2) const {
-    const double f = std::abs(c_1), r = std::abs(c_2);
+  template <typename C>
+  C fastest_rate_hz(const C& c_1, const C& c_2) const {
+    using std::abs;
+    const C f = abs(c_1), r = abs(c_2);
     return ((f + r) / mass_kg + (front_axle_m * front_axle_m * f + rear_axle_m * rear_axle_m * r) / yaw_inertia_kgm2) /
            slip_speed_eps_mps;
   }

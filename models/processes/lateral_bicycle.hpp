@@ -31,6 +31,8 @@ struct LateralBicycle {
   static constexpr std::array<Quantity, kInputs> kInputNames{{{"steering_angle_rad", "rad"}, {"wheel_speed_radps", "rad/s"}}};
   static constexpr std::array<Quantity, kOutputs> kOutputNames{{{"a_y_mps2", "m/s^2"}, {"yaw_rate_radps", "rad/s"}}};
 
+  static constexpr std::array<bool, kStates> kLinear{true, true, false, true, true, false, false};
+
   SingleTrack track;
 
   template <typename Self, typename V>
@@ -61,7 +63,8 @@ struct LateralBicycle {
   }
 
   // The fastest rate of x' = f around x, 1/s, at any speed: bounds the length of a stable Runge-Kutta step.
-  double fastest_rate_hz(const Vector<double, kStates>& x) const { return track.fastest_rate_hz(x[5], x[6]); }
+  template <typename T>
+  T fastest_rate_hz(const Vector<T, kStates>& x) const { return track.fastest_rate_hz(x[5], x[6]); }
 
   bool start_from(int output, double z, Vector<double, kStates>& x) const {
     if (output != 1) return false;

@@ -9,8 +9,6 @@
 // is the integral of a_x from the start, and its uncertainty grows with time. Input: T, the torque at this wheel.
 #pragma once
 
-#include <algorithm>
-
 #include "models/parts/driven_wheel.hpp"
 #include "models/process.hpp"
 
@@ -25,6 +23,8 @@ struct LongitudinalFriction {
       {{"wheel_speed_radps", "rad/s"}, {"speed_mps", "m/s"}, {"friction", "1"}}};
   static constexpr std::array<Quantity, kInputs> kInputNames{{{"drive_torque_nm", "N m"}}};
   static constexpr std::array<Quantity, kOutputs> kOutputNames{{{"wheel_speed_radps", "rad/s"}, {"a_x_mps2", "m/s^2"}}};
+
+  static constexpr std::array<bool, kStates> kLinear{false, false, true};
 
   DrivenWheel wheel;
   bool drag = true;
@@ -58,8 +58,10 @@ struct LongitudinalFriction {
   }
 
   // The fastest rate of x' = f around x, 1/s: bounds the length of a stable Runge-Kutta step.
-  double fastest_rate_hz(const Vector<double, kStates>& x) const {
-    return std::max(wheel.fastest_rate_hz(x[0]), rolling_rate_hz);
+  template <typename T>
+  T fastest_rate_hz(const Vector<T, kStates>& x) const {
+    const T turning_hz = wheel.fastest_rate_hz(x[0]), rolling_hz(rolling_rate_hz);
+    return select_less(turning_hz, rolling_hz, rolling_hz, turning_hz);
   }
 
   bool start_from(int output, double z, Vector<double, kStates>& x) const {

@@ -23,6 +23,8 @@ struct PointMassMotion {
   static constexpr std::array<Quantity, kOutputs> kOutputNames{
       {{"east_m", "m"}, {"north_m", "m"}, {"forward_speed_mps", "m/s"}}};
 
+  static constexpr std::array<bool, kStates> kLinear{true, true, false, false};
+
   PointMassCar car;
 
   template <typename Self, typename V>
@@ -38,7 +40,8 @@ struct PointMassMotion {
   Vector<T, kOutputs> output(const Vector<T, kStates>& x, const Vector<double, kInputs>&) const {
     return {x[0], x[1], x[2]};
   }
-  double fastest_rate_hz(const Vector<double, kStates>& x) const { return car.fastest_rate_hz(x[2]); }
+  template <typename T>
+  T fastest_rate_hz(const Vector<T, kStates>& x) const { return car.fastest_rate_hz(x[2]); }
 
   // A fix or a speed alone says nothing of the rest.
   bool start_from(int output, double z, Vector<double, kStates>& x) const {

@@ -21,6 +21,8 @@ struct WheelFriction {
   static constexpr std::array<Quantity, kInputs> kInputNames{{{"drive_torque_nm", "N m"}}};
   static constexpr std::array<Quantity, kOutputs> kOutputNames{{{"wheel_speed_radps", "rad/s"}, {"a_x_mps2", "m/s^2"}}};
 
+  static constexpr std::array<bool, kStates> kLinear{false, true};
+
   DrivenWheel wheel;
 
   template <typename Self, typename V>
@@ -36,7 +38,8 @@ struct WheelFriction {
   Vector<T, kOutputs> output(const Vector<T, kStates>& x, const Vector<double, kInputs>&) const {
     return {x[0], kGravity_mps2 * x[1]};
   }
-  double fastest_rate_hz(const Vector<double, kStates>& x) const { return wheel.fastest_rate_hz(x[0]); }
+  template <typename T>
+  T fastest_rate_hz(const Vector<T, kStates>& x) const { return wheel.fastest_rate_hz(x[0]); }
 
   bool start_from(int output, double z, Vector<double, kStates>& x) const {
     if (output != 0) return false;

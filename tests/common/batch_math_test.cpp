@@ -1,4 +1,4 @@
-// Functions for arrays against the C library's in higher precision, and many normal deviates at once.
+// Functions for arrays against the C library's in higher precision.
 #include "common/batch_math.hpp"
 
 #include <gtest/gtest.h>
@@ -34,44 +34,6 @@ TEST(BatchMath, ExpAtItsEnds) {
   EXPECT_EQ(batch::exp(0.0), 1.0);
   EXPECT_EQ(batch::exp(batch::kExpLowest), 0.0);
   EXPECT_EQ(batch::log(1.0), 0.0);
-}
-
-TEST(BatchNormals, HaveTheMomentsOfANormal) {
-  constexpr std::size_t kCount = 1000001;  // odd: the last has no partner
-  RandomStream random(3, 0, "normals");
-  std::vector<double> x(kCount);
-  random.normals(x);
-  double sum[5]{};
-  int beyond = 0;
-  for (const double v : x) {
-    for (int p = 1; p <= 4; ++p) sum[p] += std::pow(v, p) / kCount;
-    beyond += std::abs(v) > 2.5758293 ? 1 : 0;
-  }
-  const double deviation = 1.0 / std::sqrt(kCount);
-  EXPECT_NEAR(sum[1], 0.0, 4.0 * deviation);                    // four deviations each: of x
-  EXPECT_NEAR(sum[2], 1.0, 4.0 * std::sqrt(2.0) * deviation);   // of x^2
-  EXPECT_NEAR(sum[3], 0.0, 4.0 * std::sqrt(15.0) * deviation);  // of x^3
-  EXPECT_NEAR(sum[4], 3.0, 4.0 * std::sqrt(96.0) * deviation);  // of x^4
-  EXPECT_NEAR(beyond, 0.01 * kCount, 4.0 * std::sqrt(0.0099 * kCount));
-  // The two of a pair, and neighbours, do not know each other.
-  double pairs = 0.0, neighbours = 0.0;
-  for (std::size_t i = 0; i < kCount / 2; ++i) {
-    pairs += x[i] * x[i + kCount / 2] / (kCount / 2);
-    neighbours += x[i] * x[i + 1] / (kCount / 2);
-  }
-  EXPECT_NEAR(pairs, 0.0, 4.0 * std::sqrt(2.0) * deviation);
-  EXPECT_NEAR(neighbours, 0.0, 4.0 * std::sqrt(2.0) * deviation);
-}
-
-TEST(BatchNormals, AreAStreamThatGoesOn) {
-  RandomStream at_once(5, 0, "normals"), in_parts(5, 0, "normals");
-  std::vector<double> first(10), second(10);
-  at_once.normals(first);
-  at_once.normals(second);
-  EXPECT_NE(first, second);
-  std::vector<double> again(10);
-  in_parts.normals(again);
-  EXPECT_EQ(again, first);
 }
 
 }  // namespace

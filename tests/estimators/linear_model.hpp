@@ -17,6 +17,8 @@ struct LinearModel {
   static constexpr std::array<Quantity, 2> kStateNames{{{"p_m", "m"}, {"v_mps", "m/s"}}};
   static constexpr std::array<Quantity, 1> kInputNames{{{"u_mps2", "m/s^2"}}};
   static constexpr std::array<Quantity, 2> kOutputNames{{{"p_m", "m"}, {"v_mps", "m/s"}}};
+  static constexpr std::array<bool, kStates> kLinear{true, true};
+
   double c = 0.5;
 
   template <typename T>
@@ -27,7 +29,10 @@ struct LinearModel {
   Vector<T, 2> output(const Vector<T, 2>& x, const Vector<double, 1>&) const {
     return x;
   }
-  double fastest_rate_hz(const Vector<double, 2>&) const { return c; }
+  template <typename T>
+  T fastest_rate_hz(const Vector<T, 2>&) const {
+    return c;
+  }
   bool start_from(int output, double z, Vector<double, 2>& x) const {
     x[output] = z;
     return true;

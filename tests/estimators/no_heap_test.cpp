@@ -1,4 +1,4 @@
-// The steps of EKF, UKF, hierarchical EKF, particle filter and strapdown filters allocate nothing on the heap. The C library's
+// The steps of EKF, UKF, hierarchical EKF, particle filters and strapdown filters allocate nothing on the heap. The C library's
 // allocator is counted in this whole test program.
 #include <gtest/gtest.h>
 
@@ -7,12 +7,14 @@
 #include <cstddef>
 #include <memory>
 
+#include "estimators/asir.hpp"
 #include "estimators/ekf.hpp"
 #include "estimators/hierarchical.hpp"
 #include "estimators/navigation.hpp"
 #include "estimators/particle_filter.hpp"
 #include "estimators/sqrt_ukf.hpp"
 #include "estimators/ukf.hpp"
+#include "estimators/rbpf.hpp"
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define SLIPSTREAM_COUNTS_ALLOCATIONS 1
@@ -90,9 +92,15 @@ TEST(NoHeap, StepsAllocateNothing) {
   const Belief<WheelFriction> first{WheelFriction{}, belief().noise, {1e-3, 5e-4}, false, {0.5, 0.0}, {0.01, 0.04}};
   Hierarchical hierarchical(belief(), first, std::make_unique<Ekf<WheelFriction> >(first));
   EXPECT_EQ(allocations_of_steps(hierarchical), 0);
-  const std::unique_ptr<Estimator> pf =
-      std::make_unique<ParticleFilter<LongitudinalFriction> >(belief(), 100, 0.5, true, RandomStream(1, 0, "estimator.pf"));
-  EXPECT_EQ(allocations_of_steps(*pf), 0);
+  for (const Resampling method : {Resampling::kSystematic, Resampling::kStratified, Resampling::kResidual}) {
+    const ParticleSettings settings{100, method, 0.5, true};
+    const RandomStream random(1, 0, "estimator.pf");
+    EXPECT_EQ(allocations_of_steps(*std::make_unique<ParticleFilter<LongitudinalFriction> >(belief(), settings, random)), 0);
+    EXPECT_EQ(allocations_of_steps(*std::make_unique<AuxiliaryParticleFilter<LongitudinalFriction> >(belief(), settings, random)),
+              0);
+    EXPECT_EQ(allocations_of_steps(*std::make_unique<RaoBlackwellisedFilter<LongitudinalFriction> >(belief(), settings, random)),
+              0);
+  }
 
   for (const bool biases : {true, false}) {
     StrapdownTuning tuning;

@@ -63,7 +63,7 @@ std::vector<double> numbers(const Posterior& p) {
   return all;
 }
 ParticleFilter<LinearModel> filter(const Belief<LinearModel>& b, int particles, double resample_below, std::uint64_t seed = 1) {
-  return {b, particles, resample_below, true, RandomStream(seed, 0, "estimator.pf")};
+  return {b, {particles, Resampling::kSystematic, resample_below, true}, RandomStream(seed, 0, "estimator.pf")};
 }
 
 // Of independent filters: what one quantity has on average, and how far the filters lie apart.
@@ -196,7 +196,7 @@ TEST(ParticleFilter, TheSeedDecidesEveryBit) {
 
 TEST(ParticleFilter, AMeasurementBeyondAllParticlesUnderflowsNothing) {
   const Belief<LinearModel> b = linear_belief();
-  ParticleFilter<LinearModel> pf(b, 200, 0.5, false, RandomStream(1, 0, "estimator.pf"));
+  ParticleFilter<LinearModel> pf(b, {200, Resampling::kSystematic, 0.5, false}, RandomStream(1, 0, "estimator.pf"));
   pf.start_given();
   step(pf, 1, {0.5 + 1500.0 * 0.3, -0.2}, 1U);  // 1500 sigma off: likelihoods of about exp(-1.1e6)
   const Posterior p = pf.posterior();
@@ -213,7 +213,7 @@ TEST(ParticleFilter, ALostSetIsDrawnAnewAroundWhatIsMeasured) {
   b.process_per_step = true;
   b.initial_mean = {1.0, 0.1};
   b.initial_variance = {1e-4, 1e-2};
-  ParticleFilter<WheelFriction> pf(b, 1000, 1.0, true, RandomStream(1, 0, "estimator.pf"));
+  ParticleFilter<WheelFriction> pf(b, {1000, Resampling::kSystematic, 1.0, true}, RandomStream(1, 0, "estimator.pf"));
   pf.start_given();
   const double grip_nm = b.model.wheel.quarter.normal_force_n() * b.model.wheel.quarter.wheel_radius_m;
   const std::array<double, 1> u{(0.1 + b.model.wheel.quarter.rolling_resistance) * grip_nm};  // holds the wheel's speed
@@ -273,94 +273,25 @@ TEST(ParticleFilter, StartOnTheMoveTakesTheMeasurementAndItsNoise) {
   EXPECT_NEAR(pf.posterior().covariance[3] / variance, 1.0, 4.0 * std::sqrt(2.0 / kParticles));  // and of a variance
 }
 
+// p(z | h) ~ exp(-(z - h)^2 / (2 rel^2 h^2)) / h by hand, of 20000 particles whose h is uniform enough to integrate over:
+// h ~ N(10, 4) a priori, z = 12, rel = 0.5; the posterior's mean by quadrature.
 TEST(ParticleFilter, RelativeNoiseIsWeighedAtEachParticle) {
-  // p(z | h) ~ exp(-(z - h)^2 / (2 rel^2 h^2)) / h by hand, at z = 10, rel = 0.5.
-  const std::vector<double> h{5.0, 10.0, 20.0};
-  std::vector<double> l(3, 0.0), w(3);
-  weigh_by_normal(10.0, {0.5, 0.0}, h, l);
-  normalise(l, w);
-  const std::array<double, 3> p{std::exp(-2.0) / 5.0, 1.0 / 10.0, std::exp(-0.5) / 20.0};
-  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(w[i], p[i] / (p[0] + p[1] + p[2]), 1e-15);  // rounding
-}
-
-TEST(ParticleSet, WeightsOfVanishingLikelihoodsAreExact) {
-  std::vector<double> l{-1e6, -1e6 - std::log(3.0), -3e6, std::numeric_limits<double>::quiet_NaN()}, w(4);
-  const double effective = normalise(l, w);
-  EXPECT_NEAR(w[0], 0.75, 1e-10);  // ulp of 1e6
-  EXPECT_NEAR(w[1], 0.25, 1e-10);
-  EXPECT_EQ(w[2], 0.0);
-  EXPECT_EQ(w[3], 0.0);
-  EXPECT_NEAR(effective, 1.0 / (0.75 * 0.75 + 0.25 * 0.25), 1e-9);
-  const std::vector<double> before = w;
-  l.assign(4, -std::numeric_limits<double>::infinity());
-  EXPECT_EQ(normalise(l, w), 0.0);
-  EXPECT_EQ(w, before);
-}
-
-TEST(ParticleSet, SystematicResamplingGivesFloorOrCeil) {
-  RandomStream random(1, 0, "weights");
-  for (int round = 0; round < 200; ++round) {
-    const std::size_t n = 1 + static_cast<std::size_t>(random.uniform() * 100.0);
-    std::vector<double> w(n);
-    for (double& x : w) x = random.uniform() < 0.3 ? 0.0 : std::exp(6.0 * random.uniform());
-    w[n / 2] = 1.0;
-    const double sum = std::accumulate(w.begin(), w.end(), 0.0);
-    for (double& x : w) x /= sum;
-    std::vector<std::int32_t> ancestor(n + 1);
-    resample_systematic(w, random.uniform(), ancestor);
-    std::vector<int> offspring(n, 0);
-    for (std::size_t j = 0; j < n; ++j) ++offspring[static_cast<std::size_t>(ancestor[j])];
-    for (std::size_t i = 0; i < n; ++i) {
-      const double expected = static_cast<double>(n) * w[i];
-      EXPECT_GE(offspring[i], std::floor(expected - 1e-9));  // rounding of the cumulated weights
-      EXPECT_LE(offspring[i], std::ceil(expected + 1e-9));
-    }
+  Belief<LinearModel> b = linear_belief();
+  b.noise = {{{0.5, 0.0}, {0.0, 1.0}}};
+  b.initial_mean = {10.0, 0.0};
+  b.initial_variance = {4.0, 1e-6};
+  double sum = 0.0, first = 0.0, second = 0.0;
+  for (double h = 0.5; h < 20.0; h += 0.01) {
+    const double p = std::exp(-0.5 * (h - 10.0) * (h - 10.0) / 4.0 - 0.5 * (12.0 - h) * (12.0 - h) / (0.25 * h * h)) / h;
+    sum += p, first += p * h, second += p * h * h;
   }
-}
-
-// Table 2's own loop, with its own point: zeta_1 = u/N.
-TEST(ParticleSet, SystematicResamplingIsTheDocuments) {
-  RandomStream random(2, 0, "weights");
-  constexpr std::size_t n = 50;
-  std::vector<double> w(n);
-  for (double& x : w) x = -std::log(1.0 - random.uniform());
-  const double sum = std::accumulate(w.begin(), w.end(), 0.0);
-  for (double& x : w) x /= sum;
-  const double u = 0.37;
-  std::vector<std::int32_t> ancestor(n + 1);
-  resample_systematic(w, u, ancestor);
-  std::size_t i = 0;
-  double c = w[0];
-  for (std::size_t j = 0; j < n; ++j) {
-    while ((u + static_cast<double>(j)) / n > c) c += w[++i];
-    EXPECT_EQ(ancestor[j], static_cast<std::int32_t>(i)) << j;
-  }
-}
-
-TEST(ParticleSet, TheIntervalIsThatOfTheSortedSet) {
-  RandomStream random(3, 0, "set");
-  IntervalFinder finder(3000);
-  for (const std::size_t n : {1U, 2U, 50U, 3000U}) {
-    std::vector<double> x(n), w(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      x[i] = std::exp(2.0 * random.normal());  // skew, and with far values
-      w[i] = random.uniform() + 1e-3;
-    }
-    const double sum = std::accumulate(w.begin(), w.end(), 0.0);
-    std::vector<std::size_t> order(n);
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return x[a] < x[b]; });
-    for (double& v : w) v /= sum;
-    for (const double tail : {0.005, 0.2}) {
-      double below = 0.0, above = 0.0;
-      std::size_t low = 0, high = n - 1;
-      while ((below += w[order[low]]) < tail) ++low;
-      while ((above += w[order[high]]) < tail) --high;
-      const auto [found_low, found_high] = finder.find(x, w, 3.0, 5.0, tail);
-      EXPECT_EQ(found_low, x[order[low]]) << n;
-      EXPECT_EQ(found_high, x[order[high]]) << n;
-    }
-  }
+  const double mean = first / sum, variance = second / sum - mean * mean;
+  constexpr int kParticles = 200000;
+  ParticleFilter<LinearModel> pf = filter(b, kParticles, 0.5);
+  pf.start_given();
+  step(pf, 0, {12.0, 0.0}, 1U);
+  EXPECT_NEAR(pf.posterior().mean[0], mean, 8.0 * std::sqrt(variance / kParticles));  // twice four deviations: weights differ
+  EXPECT_NEAR(pf.posterior().covariance[0], variance, 8.0 * variance * std::sqrt(2.0 / kParticles));
 }
 
 struct Medians {
