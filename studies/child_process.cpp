@@ -89,8 +89,9 @@ std::string ChildProcess::end() {
                              : fmt::format("ended with code {}", WEXITSTATUS(status));
 }
 
-void say_line(int words, const std::string& line) {
-  const std::string text = line + "\n";
+void say_line(int words, const std::string& line) { say(words, line + "\n"); }
+
+void say(int words, const std::string& text) {
   for (std::size_t said = 0; said < text.size();) {
     const ssize_t n = ::write(words, text.data() + said, text.size() - said);
     if (n < 0 && errno == EINTR) continue;

@@ -34,7 +34,8 @@ class ChildProcess {
   std::string unread_;
 };
 
-// In a child: a line to the parent. Ends the child if nobody listens.
+// In a child: a line, or several with their ends, to the parent. End the child if nobody listens.
 void say_line(int words, const std::string& line);
+void say(int words, const std::string& lines);
 
 }  // namespace slipstream

@@ -162,12 +162,15 @@ RunLine KnownRuns::run(std::size_t item) const {
 }
 
 std::string KnownRuns::text(std::size_t item) const {
-  const Place& place = places_[item].value();
-  std::ifstream in(files_[place.file], std::ios::binary);
-  std::string text(place.size, '\0');
-  in.seekg(place.begin);
-  in.read(text.data(), static_cast<std::streamsize>(place.size));
-  if (!in) throw Refusal(fmt::format("{}: cannot read", this->place(item)));
+  const Place& at = places_[item].value();
+  if (!open_ || open_file_ != at.file) {
+    open_ = std::make_unique<std::ifstream>(files_[at.file], std::ios::binary);
+    open_file_ = at.file;
+  }
+  std::string text(at.size, '\0');
+  open_->seekg(at.begin);
+  open_->read(text.data(), static_cast<std::streamsize>(at.size));
+  if (!*open_) throw Refusal(fmt::format("{}: cannot read", place(item)));
   return text;
 }
 

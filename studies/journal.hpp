@@ -11,6 +11,8 @@
 
 #include <chrono>
 #include <cstdint>
+#include <fstream>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -81,6 +83,8 @@ class KnownRuns {
   std::vector<std::string> files_;
   std::vector<std::optional<Place>> places_;
   std::size_t count_ = 0, repeated_ = 0;
+  mutable std::unique_ptr<std::ifstream> open_;  // the file that was read last
+  mutable std::size_t open_file_ = 0;
 };
 
 // The file that this process appends to.

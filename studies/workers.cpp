@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 #include <poll.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <exception>
+#include <new>
 #include <utility>
 
 #include "common/check.hpp"
@@ -15,25 +17,48 @@
 namespace slipstream {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 constexpr double kInAdvance_s = 0.02;
 constexpr double kMostInAdvance = 256.0;
+constexpr std::chrono::milliseconds kSilence{5};  // of a process that has something to say
+constexpr std::size_t kNothing = static_cast<std::size_t>(-1);
 
 // Orders are items in binary. Words are "+ITEM LINE" and "-ITEM REASON".
-int be_worker(const Workers::Work& work, int orders, int words) {
-  std::size_t item = 0;
-  while (::read(orders, &item, sizeof item) == sizeof item) {
-    try {
-      say_line(words, fmt::format("+{} {}", item, work(item)));
-    } catch (const std::exception& e) {
-      std::string reason = e.what();
-      std::replace(reason.begin(), reason.end(), '\n', ' ');
-      say_line(words, fmt::format("-{} {}", item, reason));
+int be_worker(const Workers::Work& work, std::atomic<std::size_t>& at, int orders, int words) {
+  std::array<std::size_t, 64> items;
+  std::string unsaid;
+  Clock::time_point spoke = Clock::now();
+  for (;;) {
+    if (!unsaid.empty()) say(words, std::exchange(unsaid, ""));
+    const ssize_t bytes = ::read(orders, items.data(), sizeof items);
+    if (bytes <= 0) return 0;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(bytes) / sizeof items[0]; ++i) {
+      at = items[i];
+      try {
+        unsaid += fmt::format("+{} {}\n", items[i], work(items[i]));
+      } catch (const std::exception& e) {
+        std::string reason = e.what();
+        std::replace(reason.begin(), reason.end(), '\n', ' ');
+        unsaid += fmt::format("-{} {}\n", items[i], reason);
+      }
+      at = kNothing;
+      if (Clock::now() - spoke < kSilence) continue;
+      say(words, std::exchange(unsaid, ""));
+      spoke = Clock::now();
     }
   }
-  return 0;
 }
 
 }  // namespace
+
+SharedItem::SharedItem() {
+  static_assert(std::atomic<std::size_t>::is_always_lock_free);
+  void* const memory = ::mmap(nullptr, sizeof *item_, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) throw std::bad_alloc();
+  item_ = new (memory) std::atomic<std::size_t>(kNothing);
+}
+SharedItem::~SharedItem() { ::munmap(item_, sizeof *item_); }
 
 Workers::Workers(int jobs, Work work, Hooks hooks)
     : work_(std::move(work)), hooks_(std::move(hooks)), started_(std::chrono::steady_clock::now()) {
@@ -42,7 +67,9 @@ Workers::Workers(int jobs, Work work, Hooks hooks)
 }
 
 void Workers::start(Worker& worker) {
-  worker.child = std::make_unique<ChildProcess>([this](int orders, int words) { return be_worker(work_, orders, words); });
+  worker.at = std::make_unique<SharedItem>();
+  worker.child = std::make_unique<ChildProcess>(
+      [this, &at = worker.at->item()](int orders, int words) { return be_worker(work_, at, orders, words); });
 }
 
 // Items that one worker has at a time.
@@ -58,10 +85,12 @@ Workers::Worker& Workers::freest() {
                            [](const Worker& a, const Worker& b) { return a.under_way.size() < b.under_way.size(); });
 }
 
+// A worker asks again when half of what it had is done.
 std::size_t Workers::wanted() const {
   const std::size_t most = depth();
   std::size_t items = 0;
-  for (const Worker& w : workers_) items += most - std::min(most, w.under_way.size());
+  for (const Worker& w : workers_)
+    if (w.under_way.size() <= most / 2 || w.unordered > 0) items += most - std::min(most, w.under_way.size());
   return items;
 }
 
@@ -71,9 +100,17 @@ bool Workers::is_idle() const {
 
 void Workers::give(std::size_t item) {
   Worker& worker = freest();
-  if (!worker.child) start(worker);
   worker.under_way.push_back(item);
-  worker.child->order({reinterpret_cast<const char*>(&item), sizeof item});
+  ++worker.unordered;
+}
+
+void Workers::order(Worker& worker) {
+  if (worker.unordered == 0) return;
+  if (!worker.child) start(worker);
+  const std::vector<std::size_t> items(worker.under_way.end() - static_cast<std::ptrdiff_t>(worker.unordered),
+                                       worker.under_way.end());
+  worker.child->order({reinterpret_cast<const char*>(items.data()), items.size() * sizeof items[0]});
+  worker.unordered = 0;
 }
 
 void Workers::hear(Worker& worker, const std::string& line) {
@@ -86,20 +123,25 @@ void Workers::hear(Worker& worker, const std::string& line) {
   (line[0] == '+' ? hooks_.finished : hooks_.failed)(item, line.substr(space + 1));
 }
 
-// A process that has ended: the item that it was at is lost, what it had in advance goes to a new one.
+// A process that has ended: what it was doing has failed, what it had in advance or had not said yet goes to others.
 void Workers::bury(Worker& worker) {
   const std::string reason = worker.child->end();
+  const std::size_t culprit = worker.at->item();
   worker.child.reset();
-  const std::deque<std::size_t> left = std::exchange(worker.under_way, {});
-  if (left.empty()) return;
-  hooks_.failed(left.front(), reason.empty() ? "its process ended" : "its process " + reason);
-  for (std::size_t i = 1; i < left.size(); ++i) give(left[i]);
+  worker.unordered = 0;
+  for (const std::size_t item : std::exchange(worker.under_way, {})) {
+    if (item == culprit)
+      hooks_.failed(item, reason.empty() ? "its process ended" : "its process " + reason);
+    else
+      give(item);
+  }
 }
 
 void Workers::wait(int most_ms) {
   std::vector<pollfd> ends;
   std::vector<Worker*> polled;
   for (Worker& w : workers_) {
+    order(w);
     if (!w.child) continue;
     ends.push_back({w.child->words(), POLLIN, 0});
     polled.push_back(&w);

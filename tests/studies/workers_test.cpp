@@ -62,6 +62,18 @@ TEST(Workers, WhatFailsIsNamedAndTheOthersGoOn) {
   EXPECT_EQ(o.lines.size(), 188U);
 }
 
+// What a process had done and not said yet is done again, not lost, and the right item is blamed.
+TEST(Workers, TheItemThatItWasDoingIsToBlame) {
+  const Outcomes o = work_through(500, 1, [](std::size_t item) -> std::string {
+    if (item == 300) std::raise(SIGKILL);
+    return "well";
+  });
+  ASSERT_EQ(o.errors.size(), 1U);
+  EXPECT_EQ(o.errors.begin()->first, 300U);
+  EXPECT_EQ(o.errors.begin()->second, "its process was ended by signal 9");
+  EXPECT_EQ(o.lines.size(), 499U);
+}
+
 // Side by side: as many processes as jobs take part when the items take long.
 TEST(Workers, AllTakePart) {
   const Outcomes o = work_through(12, 3, [](std::size_t) {

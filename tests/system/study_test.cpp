@@ -239,7 +239,9 @@ TEST(Study, AnInterruptedCallSaysHowToGoOn) {
 // Somebody, or the system short of memory, ends one of the working processes.
 TEST(Study, ARunWhoseProcessEndsIsNamedAndTriedAgain) {
   Bench bench;
-  const std::string file = write_study(bench, 2000), out = bench.path("out");
+  // Runs of milliseconds, so that it is ended within one.
+  const std::string file = write_study(bench, 100, "[estimator.pf]\nset = [\"tuning.matched.pf_particles=10000\"]\n"),
+                    out = bench.path("out");
   Process p = bench.run({Bench::program("study"), file, "--jobs", "2", "--out", out});
   ASSERT_TRUE(begun(out));
   const std::vector<pid_t> children = children_named("slipstream-study", out);
@@ -250,12 +252,12 @@ TEST(Study, ARunWhoseProcessEndsIsNamedAndTriedAgain) {
       std::regex_search(p.out(), std::regex("slipstream-study: item [0-9]+ failed: its process was ended by signal 9 \\(to see "
                                             "it: slipstream-plant scenarios/point_mass.toml --set run.seed=[0-9]+\\)\n")))
       << p.out();
-  EXPECT_EQ(p.err(), "slipstream-study: 1 of 2000 runs failed; the same call tries them again\n");
+  EXPECT_EQ(p.err(), "slipstream-study: 1 of 100 runs failed; the same call tries them again\n");
   const nlohmann::json partial = nlohmann::json::parse(results_of(bench, "out"), nullptr, false);
   EXPECT_EQ(partial["missing"].size(), 1U);
   Process again = bench.run({Bench::program("study"), file, "--out", out});
   expect_success(again);
-  EXPECT_TRUE(again.said("1999 of 2000 are finished already"));
+  EXPECT_TRUE(again.said("99 of 100 are finished already"));
   EXPECT_TRUE(nlohmann::json::parse(results_of(bench, "out"))["missing"].empty());
 }
 
