@@ -13,6 +13,7 @@
 #include "estimators/follower.hpp"
 #include "estimators/registry.hpp"
 #include "plant/simulated_drive.hpp"
+#include "studies/indices.hpp"
 
 namespace slipstream {
 namespace {
@@ -72,15 +73,13 @@ EstimatorRun errors_of(const Study& study, const Played& played, std::size_t k, 
     s.bound_sum = bound_sum(bound, state, track.utime, errors.back());
     run.states.push_back(std::move(s));
   }
-  for (std::size_t row = 0; row < track.utime.size(); ++row) {
-    double squares = 0.0;
-    for (const std::vector<double>& e : errors) squares += e[row] * e[row];
-    const double norm = errors.empty() ? std::nan("") : std::sqrt(squares / static_cast<double>(errors.size()));
-    if (study.series) run.norm_series.push_back(norm);
+  const RunIndices indices = errors.empty() || track.utime.empty() ? RunIndices{} : run_indices(errors);
+  for (const double norm : indices.eps) {
     if (!std::isfinite(norm)) continue;
     ++run.samples;
     run.norm_sum += norm;
   }
+  if (study.series) run.norm_series = indices.eps;
   run.nees = sum_of(track.nees, track.nees_dimension);
   run.nis = sum_of(track.nis, track.nis_dimension);
   if (study.series) {
