@@ -1,6 +1,6 @@
-// Elementary functions without branches or library calls, for one number or for all numbers of a register at once (g++ 12 leaves
-// calls to the C library scalar), with the same bits for every register's width and C library. Polynomials are summed by parts that
-// do not wait for each other (Estrin's scheme).
+// Elementary functions without branches or library calls, for one number or for all numbers of a register at once (g++ 12
+// leaves calls to the C library scalar), with the same bits for every register's width and C library. Polynomials are summed by
+// parts that do not wait for each other (Estrin's scheme).
 //
 //   exp x = 2^k e^r,      r = x - k ln 2, |r| <= ln 2 / 2      Taylor series to r^13
 //   log x = k ln 2 + 2 artanh s,  s = (m - 1)/(m + 1), x = 2^k m, m in [sqrt 1/2, sqrt 2)      series to s^21

@@ -73,8 +73,8 @@ class ParticleEstimator : public GaussianEstimator<M> {
     return settings_.resample_below >= 1.0 || effective < settings_.resample_below * static_cast<double>(settings_.particles);
   }
 
-  // From the judged particles to the estimate: recovers a lost set, takes the weights over and publishes. Returns N_eff; 0 where
-  // nothing was weighed.
+  // From the judged particles to the estimate: recovers a lost set, takes the weights over and publishes. Returns N_eff; 0
+  // where nothing was weighed.
   double conclude(const Input& u, const StepInput& step, typename Cloud::Judgement& seen) {
     EstimateStatus status = EstimateStatus::kValid;
     StepInput left = step;  // what is still to be weighed
@@ -97,7 +97,9 @@ class ParticleEstimator : public GaussianEstimator<M> {
     this->innovation_.covariance = seen.innovation.covariance;
     summarise();
     for (int s = 0; s < n; ++s) {
-      if (this->estimate_.covariance(s, s) > 0.0) continue;
+      constexpr double kRounding = 1e-13;  // of a mean, relative: equal particles may differ from it by so much
+      const double rounding = kRounding * this->estimate_.mean[s];
+      if (this->estimate_.covariance(s, s) > rounding * rounding) continue;
       this->estimate_.covariance(s, s) = this->belief_.process_covariance(step.dt_s)[s];
       status = EstimateStatus::kFallback;
     }
@@ -116,7 +118,9 @@ class ParticleEstimator : public GaussianEstimator<M> {
     std::uint32_t used = 0;
     Gaussian<M> at{cloud_.moments(this->estimate_.mean).mean, this->belief_.initial_variance.asDiagonal()};
     for (int k = 0; k < M::kOutputs; ++k)
-      if (cloud_.is_measured(step, static_cast<std::size_t>(k)) && this->start_at(k, step.measured_value[static_cast<std::size_t>(k)], at)) used |= 1U << k;
+      if (cloud_.is_measured(step, static_cast<std::size_t>(k)) &&
+          this->start_at(k, step.measured_value[static_cast<std::size_t>(k)], at))
+        used |= 1U << k;
     this->estimate_ = at;
     cloud_.draw(at);
     return used;
@@ -133,8 +137,9 @@ class ParticleEstimator : public GaussianEstimator<M> {
     if constexpr (!Cloud::kIntervals) return;
     const auto& set = cloud_.set();
     for (int s = 0; s < n; ++s) {
-      const auto [low, high] = interval_finder_.find({set.column(s), set.size()}, {set.weights(), set.size()}, set.total_weight(),
-                                                     this->estimate_.mean[s], std::sqrt(this->estimate_.covariance(s, s)), kTail);
+      const auto [low, high] =
+          interval_finder_.find({set.column(s), set.size()}, {set.weights(), set.size()}, set.total_weight(),
+                                this->estimate_.mean[s], std::sqrt(this->estimate_.covariance(s, s)), kTail);
       interval_low_[s] = low;
       interval_high_[s] = high;
     }

@@ -62,7 +62,8 @@ void Resampler::draw(std::span<const double> weight, double total, RandomStream&
       });
     }
     case Resampling::kResidual: {
-      const double up = 1.0 - random.uniform();
+      for (double& u : uniform_) u = random.uniform();
+      const double* const uniform = uniform_.data();
       double before = 0.0, remainders = 0.0;
       std::int32_t copies = 0;
       return place(weight, scale, [&](double c) {
@@ -71,7 +72,8 @@ void Resampler::draw(std::span<const double> weight, double total, RandomStream&
         const auto whole = static_cast<std::int32_t>(expected);
         copies += whole;
         remainders += expected - whole;
-        return copies + static_cast<std::int32_t>(remainders + up);
+        const auto stratum = static_cast<std::int32_t>(remainders);
+        return copies + stratum + (uniform[stratum] < remainders - stratum ? 1 : 0);
       });
     }
   }

@@ -3,11 +3,13 @@
 //   c_i = w_1 + ... + w_i (of sum 1);  point p_j in [0, 1) falls to the first i with c_i above it
 //   systematic   p_j = (u + j)/N       one u ~ U[0, 1): particle i gets floor or ceil of N w_i offspring
 //   stratified   p_j = (u_j + j)/N     a u_j of its own for each: floor(N w_i) - 1 to ceil(N w_i) + 1 offspring
-//   residual     floor(N w_i) copies, and the R that are left by systematic points over the remainders N w_i - floor(N w_i)
+//   residual     floor(N w_i) copies, and the R that are left by stratified points over the remainders N w_i - floor(N w_i):
+//   floor(N
+//                w_i) to floor(N w_i) + 2 offspring. (By systematic points it would be systematic resampling itself.)
 //
-// Each gives particle i N w_i offspring on average; ancestors ascend; the cost is linear. The first two: Arulampalam et al., IEEE
-// Trans. Signal Processing 50 (2002), algorithm 2, and Kitagawa (1996). Residual: Liu and Chen (1998), whose remainder is
-// multinomial: ours has less variance (Douc and Cappe 2005, section 3, compares them).
+// Each gives particle i N w_i offspring on average; ancestors ascend; the cost is linear. The first two: Arulampalam et al.,
+// IEEE Trans. Signal Processing 50 (2002), algorithm 2, and Kitagawa (1996). Residual: Liu and Chen (1998), whose remainder is
+// multinomial, which has more variance than strata (Douc and Cappe 2005, section 3).
 #pragma once
 
 #include <cstddef>
@@ -22,7 +24,8 @@ namespace slipstream {
 
 enum class Resampling { kSystematic, kStratified, kResidual };
 
-// Of the name in a tuning: "systematic", "stratified" or "residual". Others are a mistake of ours: the scenario's reader knows them.
+// Of the name in a tuning: "systematic", "stratified" or "residual". Others are a mistake of ours: the scenario's reader knows
+// them.
 Resampling resampling_named(const std::string& name);
 
 class Resampler {

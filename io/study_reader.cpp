@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "common/arithmetic.hpp"
 #include "common/refusal.hpp"
 #include "io/bus.hpp"
 #include "io/scenario_reader.hpp"
@@ -207,6 +208,7 @@ void make_cases(Study& study, const Sources& sources, const Places& places, cons
       study.cases.push_back(std::move(one));
     }
   }
+  hash = mix64(hash ^ arithmetic_fingerprint());
   char key[20];
   std::snprintf(key, sizeof key, "%016llx", static_cast<unsigned long long>(hash));
   study.key = key;

@@ -43,7 +43,8 @@ struct PlantConfig {
   double relative_tolerance = 1e-8;
   double absolute_tolerance = 1e-10;
   // A stochastic plant: at k / process_noise_rate_hz, k = 1, 2 ..., each of these states is pushed by a normal deviate of this
-  // standard deviation, before anything is measured there; 0: never. A start is drawn likewise. Keyed by the vehicle's state names.
+  // standard deviation, before anything is measured there; 0: never. A start is drawn likewise. Keyed by the vehicle's state
+  // names.
   double process_noise_rate_hz = 0.0;
   std::map<std::string, double> process_noise;
   std::map<std::string, double> start_deviation;
@@ -124,9 +125,9 @@ struct Tuning {
   bool ukf_redraw = true;  // sigma points anew after the prediction; false uses those that were predicted, without Q's share
 
   // Particle filters
-  int pf_particles = 1000;         // N
+  int pf_particles = 1000;                   // N
   std::string pf_resampling = "systematic";  // or "stratified", "residual"
-  bool pf_recover = true;          // draw a set that has lost the state anew
+  bool pf_recover = true;                    // draw a set that has lost the state anew
   double pf_resample_below = 0.5;  // resample when the effective number of particles is below this fraction of N; 1: always
 };
 

@@ -60,7 +60,9 @@ struct Study {
   std::vector<StudyPair> pairs;  // to be compared
   std::vector<StudyCase> cases;
   std::string resolved_toml;  // reads back to the same study where each scenario lies as scenarios/NAME.toml beside it
-  std::string key;            // a hash of everything above: two studies that differ in anything have different keys
+  // A hash of everything above and of how this processor computes (common/arithmetic.hpp): two studies that differ in anything,
+  // or whose results would differ in a bit, have different keys.
+  std::string key;
 
   std::size_t items() const { return cases.size() * static_cast<std::size_t>(runs); }
   const StudyCase& case_of(std::size_t item) const { return cases[item / static_cast<std::size_t>(runs)]; }

@@ -58,8 +58,8 @@ std::string mismatch(const M& model, const V& vehicle) {
     if (M::kExactFor == V::kName) {
       for (const auto& [key, value] : parameters_of(model))
         if (const auto own = plant.find(key); own != plant.end() && own->second != value)
-          return fmt::format("{} is {} in estimator.model and {} in the plant, whose own equations the bound needs", key,
-                             value, own->second);
+          return fmt::format("{} is {} in estimator.model and {} in the plant, whose own equations the bound needs", key, value,
+                             own->second);
       return "";
     }
   }

@@ -139,8 +139,8 @@ void draw_indices(const Averages& a, Outcome& o) {
   draw(
       "Fig. 7", "Index eps_k over 100 runs", [](const RunIndices& i) { return i.eps; }, "eps_k",
       "Mean over 100 runs of the root mean square of all four states' errors (eq. 28), noise case 2. PF and UKF both run along "
-      "the bound; the UKF of the document lies several times above its PF, as ours does when the sampling period is left out "
-      "of its process noise.");
+      "the bound; the UKF of the document lies several times above its PF. So does ours when the sampling period is left out "
+      "of its process noise: one mistake that could have done it.");
   draw(
       "Fig. 8", "Index eps_1,k: position to the east", [](const RunIndices& i) { return i.eps_state[0]; }, "eps_1,k (m)",
       "Mean absolute error over 100 runs (eq. 30), noise case 2.");
@@ -256,11 +256,13 @@ void reproduce_tracking(const Bench& bench, Outcome& o) {
       {kTable,
        "Start and speed are known and the noise acts on the positions, so that position by position this is a random walk in "
        "noise, for which a Kalman filter is optimal: a correct UKF cannot be worse than a particle filter, and both run at the "
-       "bound. A UKF that is several times worse has believed another noise: leaving the sampling period out of the process "
-       "noise (eq. 21), Q = sigma_w^2, makes ours about six times worse, where the document's is 4.5, 4.0 and 6.2 times "
-       "worse than its PF. Its three values do not scale with the noise, as those of any filter with a settled gain would; "
-       "some of "
-       "its runs may have diverged.",
+       "bound. A UKF that is several times worse must have been given something wrong. One candidate is the process noise "
+       "without the sampling period (eq. 21), Q = sigma_w^2: it comes near the published value in case 2 (5.39), but gives "
+       "only "
+       "two thirds of those in cases 1 and 3 (4.94 and 10.33), and hardly depends on our choice of T. The three published "
+       "values "
+       "do not grow with the noise as the errors of one filter with a settled gain do, so that no single such mistake "
+       "explains all three; runs that diverged would.",
        table});
   sampling_period(bench, static_cast<int>(kCases.size()) * bench.seeds, total, o);
   o.notes.emplace_back(

@@ -95,8 +95,8 @@ std::string Comparison::sentence() const {
   if (used == runs) return text;
   text += fmt::format("; {} of {} run{} left out: ", runs - used, runs, runs == 1 ? "" : "s");
   if (failed_first > 0 && failed_second > 0)
-    return text + fmt::format("{} gave no estimate in {}, {} in {}", first, failed_first, second, failed_second);
-  return text + fmt::format("{} gave no estimate", failed_first > 0 ? first : second);
+    return text + fmt::format("{} was without an estimate in {}, {} in {}", first, failed_first, second, failed_second);
+  return text + fmt::format("{} was without an estimate", failed_first > 0 ? first : second);
 }
 
 Comparison compare(const std::string& first, std::span<const double> a, const std::string& second, std::span<const double> b,

@@ -57,7 +57,9 @@ void Desk::finished(std::size_t item, const std::string& line) {
   unwritten_ += line + "\n";
 }
 
-void Desk::failed(std::size_t item, const std::string& error) { failures_[item] = error; }
+void Desk::failed(std::size_t item, const std::string& error) {
+  if (item != repeat_) failures_[item] = error;  // the repeated one has its result
+}
 
 void Desk::flush() {
   journal_->append(unwritten_);

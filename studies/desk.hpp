@@ -33,8 +33,6 @@ class Desk {
   const std::map<std::size_t, std::string>& failures() const { return failures_; }  // item and reason
 
  private:
-  bool is_known(std::size_t item) const { return have_[item]; }
-
   const Study& study_;
   Shard shard_;
   Say say_;

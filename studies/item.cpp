@@ -73,13 +73,20 @@ EstimatorRun errors_of(const Study& study, const Played& played, std::size_t k, 
     s.bound_sum = bound_sum(bound, state, track.utime, errors.back());
     run.states.push_back(std::move(s));
   }
-  const RunIndices indices = errors.empty() || track.utime.empty() ? RunIndices{} : run_indices(errors);
+  RunIndices indices = errors.empty() || track.utime.empty() ? RunIndices{} : run_indices(errors);
+  if (!indices.eps.empty() && track.utime.front() == 0)
+    indices.eps.front() = std::nan("");  // k = 1 ... N_k: not the start itself
   for (const double norm : indices.eps) {
     if (!std::isfinite(norm)) continue;
     ++run.samples;
     run.norm_sum += norm;
   }
   if (study.series) run.norm_series = indices.eps;
+  bool begun = false;
+  for (const double x : track.mean.front()) {
+    begun = begun || std::isfinite(x);
+    run.missing += begun && !std::isfinite(x) ? 1 : 0;
+  }
   run.nees = sum_of(track.nees, track.nees_dimension);
   run.nis = sum_of(track.nis, track.nis_dimension);
   if (study.series) {

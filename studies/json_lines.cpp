@@ -44,9 +44,9 @@ Json to_json(const EstimatorRun& run) {
     if (s.bound_sum) one["bound_sum"] = number(*s.bound_sum);
     if (!s.series.empty()) one["series"] = numbers(s.series);
   }
-  Json j = {{"steps", run.tally.steps},  {"fallback", run.tally.fallback},   {"invalid", run.tally.invalid},
-            {"samples", run.samples},    {"norm_sum", number(run.norm_sum)}, {"states", std::move(states)},
-            {"nees", to_json(run.nees)}, {"nis", to_json(run.nis)}};
+  Json j = {{"steps", run.tally.steps},    {"fallback", run.tally.fallback}, {"invalid", run.tally.invalid},
+            {"samples", run.samples},      {"missing", run.missing},         {"norm_sum", number(run.norm_sum)},
+            {"states", std::move(states)}, {"nees", to_json(run.nees)},      {"nis", to_json(run.nis)}};
   if (!run.t_s.empty()) {
     j["t_s"] = numbers(run.t_s);
     j["norm_series"] = numbers(run.norm_series);
@@ -60,6 +60,7 @@ EstimatorRun run_of(const std::string& name, const Json& j) {
   run.estimator = name;
   run.tally = {j.at("steps"), j.at("fallback"), j.at("invalid")};
   run.samples = j.at("samples");
+  run.missing = j.at("missing");
   run.norm_sum = number_of(j.at("norm_sum"));
   for (const auto& [state, s] : j.at("states").items()) {
     StateErrors errors{state, s.at("samples"), number_of(s.at("square_sum")), number_of(s.at("most")), {}, {}};
@@ -70,6 +71,8 @@ EstimatorRun run_of(const std::string& name, const Json& j) {
   run.nees = sum_of(j.at("nees"));
   run.nis = sum_of(j.at("nis"));
   read_numbers(j, "t_s", run.t_s);
+  for (const double t : run.t_s)
+    if (!std::isfinite(t)) throw NotARun("a time that is no number");
   read_numbers(j, "norm_series", run.norm_series);
   read_numbers(j, "nees_series", run.nees_series);
   bool fit = run.norm_series.size() == run.t_s.size() && run.nees_series.size() == run.t_s.size();
@@ -106,6 +109,7 @@ Json to_json(const Study& study, std::size_t case_index, const EstimatorSummary&
     Json& one = states[s.state] = {{"samples", s.samples}, {"rmse", number(s.rmse)}, {"most", number(s.most)}};
     if (s.bound_rmse) one["bound_rmse"] = number(*s.bound_rmse);
     if (s.efficiency) one["efficiency"] = number(*s.efficiency);
+    if (s.efficiency_off) one["efficiency_off"] = number(*s.efficiency_off);
     if (!s.eps_k.empty()) one["eps_k"] = numbers(s.eps_k);
   }
   Json j = {{"eta", number(e.eta)},       {"steps", e.tally.steps},      {"fallback", e.tally.fallback},

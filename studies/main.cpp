@@ -92,8 +92,8 @@ int merge_shards(int argc, char** argv) {
   const std::string first = study_beside(files.front());
   for (const std::string& file : files)
     if (const std::string other = study_beside(file); first_line(other) != first_line(first))
-      throw Refusal(fmt::format("{} and {} are of different studies ('{}' and '{}')", files.front(), file, first_line(first),
-                                first_line(other)));
+      throw Refusal(fmt::format("{} and {} are of different studies, or of processors that compute differently ('{}' and '{}')",
+                                files.front(), file, first_line(first), first_line(other)));
   const Study study = load_study_file(first, require_playable);
   if (study_head(study) != first_line(first))
     throw Refusal(fmt::format("{}: its first line says '{}', but it reads as '{}': was it changed, or made by another program?",

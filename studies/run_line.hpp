@@ -1,7 +1,7 @@
 // What one item of a study (models/study.hpp) leaves: sums over its run, from which every index of the study is made. One line
 // of JSON, in which every number reads back to the same bits.
 //
-// Over the samples j of an estimator where every scored state's error e_a is known:   norm_j = sqrt(1/n sum_a e_a^2)
+// Over the samples j after the start where every scored state's error e_a is known:   norm_j = sqrt(1/n sum_a e_a^2)
 // An estimate that is not to be used has no error; the tally counts it.
 #pragma once
 
@@ -35,6 +35,7 @@ struct EstimatorRun {
   std::string estimator;
   StepTally tally;
   std::int64_t samples = 0;  // of norm
+  std::int64_t missing = 0;  // samples without a usable estimate, after the first that had one
   double norm_sum = 0.0;
   std::vector<StateErrors> states;
   NormalisedSum nees, nis;

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <span>
 
 #include "common/check.hpp"
@@ -16,7 +15,8 @@
 namespace slipstream {
 namespace {
 
-constexpr std::size_t kMostCases = 40;  // in the tables of the terminal
+constexpr std::size_t kMostCases = 40;            // in the tables of the terminal
+constexpr double kNormal975 = 1.959963984540054;  // of a standard normal deviate
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 double ratio(double sum, std::int64_t n) { return n > 0 ? sum / static_cast<double>(n) : kNan; }
@@ -58,6 +58,7 @@ Summariser::Summariser(const Study& study) : study_(study) {
       c.estimators.push_back({e.name, {}, kNan, std::vector<double>(runs, kNan), {}, {}, {}, {}, {}, {}, {}, {}, kNan});
     summary_.cases.push_back(std::move(c));
     sums_.emplace_back(study.estimators.size());
+    run_.emplace_back();
   }
 }
 
@@ -69,6 +70,7 @@ void Summariser::add(const RunLine& line) {
   const auto run = static_cast<std::size_t>(study_.run_of(line.item));
   CaseSummary& c = summary_.cases[index];
   ++c.runs;
+  run_[index].push_back(run);
   const auto same_estimator = [](const EstimatorSummary& a, const EstimatorRun& b) { return a.estimator == b.estimator; };
   if (!std::equal(c.estimators.begin(), c.estimators.end(), line.estimators.begin(), line.estimators.end(), same_estimator))
     throw Refusal(fmt::format("item {} has other estimators than the study", line.item));
@@ -79,15 +81,15 @@ void Summariser::add(const RunLine& line) {
     e.tally.steps += r.tally.steps;
     e.tally.fallback += r.tally.fallback;
     e.tally.invalid += r.tally.invalid;
-    e.eta_of_run[run] = ratio(r.norm_sum, r.samples);
+    e.eta_of_run[run] = r.missing > 0 ? kNan : ratio(r.norm_sum, r.samples);
     slipstream::add(sums.nees, r.nees);
     slipstream::add(sums.nis, r.nis);
     sums.step_time_us += line.step_time_us[k];
     if (e.states.empty()) {
       for (const StateErrors& s : r.states)
-        e.states.push_back({s.state, 0, kNan, 0.0, {}, {}, std::vector<double>(e.eta_of_run.size(), kNan), {}});
-      sums.square_sum.resize(r.states.size());
-      sums.bound_sum.resize(r.states.size());
+        e.states.push_back({s.state, 0, kNan, 0.0, {}, {}, {}, std::vector<double>(e.eta_of_run.size(), kNan), {}});
+      for (auto* column : {&sums.square_sum, &sums.bound_sum, &sums.bound_bound, &sums.bound_square, &sums.square_square})
+        column->resize(r.states.size());
     }
     const auto same_state = [](const StateSummary& a, const StateErrors& b) { return a.state == b.state; };
     if (!std::equal(e.states.begin(), e.states.end(), r.states.begin(), r.states.end(), same_state))
@@ -98,7 +100,11 @@ void Summariser::add(const RunLine& line) {
       e.states[i].most = std::max(e.states[i].most, s.most);
       e.states[i].rmse_of_run[run] = std::sqrt(ratio(s.square_sum, s.samples));
       sums.square_sum[i] += s.square_sum;
-      sums.bound_sum[i] += s.bound_sum.value_or(kNan);
+      const double bound = s.bound_sum.value_or(kNan);
+      sums.bound_sum[i] += bound;
+      sums.bound_bound[i] += bound * bound;
+      sums.bound_square[i] += bound * s.square_sum;
+      sums.square_square[i] += s.square_sum * s.square_sum;
     }
     for (std::size_t j = 0; j < r.t_s.size(); ++j) {
       Samples& at = sums.samples[r.t_s[j]];
@@ -113,14 +119,16 @@ void Summariser::add(const RunLine& line) {
   }
 }
 
-void Summariser::compare_pairs(CaseSummary& c) const {
-  std::vector<std::uint64_t> run(static_cast<std::size_t>(study_.runs));
-  std::iota(run.begin(), run.end(), std::uint64_t{0});
-  const auto eta_of = [&](const std::string& name) -> const std::vector<double>& {
+void Summariser::compare_pairs(std::size_t index) {
+  CaseSummary& c = summary_.cases[index];
+  const std::vector<std::uint64_t>& run = run_[index];  // that are there
+  const auto eta_of = [&](const std::string& name) {
     const auto found =
         std::find_if(c.estimators.begin(), c.estimators.end(), [&](const EstimatorSummary& e) { return e.estimator == name; });
     SLIPSTREAM_CHECK(found != c.estimators.end());
-    return found->eta_of_run;
+    std::vector<double> eta;
+    for (const std::uint64_t r : run) eta.push_back(found->eta_of_run[r]);
+    return eta;
   };
   for (const StudyPair& pair : study_.pairs)
     c.comparisons.push_back(compare(pair.estimator, eta_of(pair.estimator), pair.against, eta_of(pair.against), run));
@@ -146,7 +154,11 @@ Summary Summariser::finish() {
         e.states[i].rmse = std::sqrt(ratio(sums.square_sum[i], e.states[i].samples));
         if (const double bound = std::sqrt(ratio(sums.bound_sum[i], e.states[i].samples)); std::isfinite(bound)) {
           e.states[i].bound_rmse = bound;
-          e.states[i].efficiency = bound * bound / (e.states[i].rmse * e.states[i].rmse);
+          const double r = sums.bound_sum[i] / sums.square_sum[i], n = c.runs;
+          e.states[i].efficiency = r;
+          const double scatter = sums.bound_bound[i] - 2.0 * r * sums.bound_square[i] + r * r * sums.square_square[i];
+          if (c.runs > 1)
+            e.states[i].efficiency_off = kNormal975 * std::sqrt(std::max(0.0, scatter) * n / (n - 1.0)) / sums.square_sum[i];
         }
       }
       std::int64_t inside = 0, banded = 0;
@@ -161,7 +173,7 @@ Summary Summariser::finish() {
       }
       if (banded > 0) e.nees_inside = static_cast<double>(inside) / static_cast<double>(banded);
     }
-    compare_pairs(c);
+    compare_pairs(index);
   }
   return std::move(summary_);
 }
@@ -185,10 +197,16 @@ std::string case_name(const CaseSummary& c) {
 
 std::string mean_and_band(const Consistency& c) {
   if (c.samples == 0) return "-";
-  return fmt::format("{:.3f} ({:.3f}..{:.3f})", c.mean, c.band.low, c.band.high);
+  return fmt::format("{} ({:.3f}..{:.3f})", c.mean < 1e4 ? fmt::format("{:.3f}", c.mean) : number_text(c.mean), c.band.low,
+                     c.band.high);
 }
 
 }  // namespace
+
+// "0.98 +-0.12"
+std::string efficiency_text(const StateSummary& s) {
+  return fmt::format("{:.2f}{}", *s.efficiency, s.efficiency_off ? fmt::format(" +-{:.2f}", *s.efficiency_off) : "");
+}
 
 std::string summary_text(const Study& study, const Summary& summary) {
   std::vector<std::string> states;
@@ -213,7 +231,7 @@ std::string summary_text(const Study& study, const Summary& summary) {
         const auto found =
             std::find_if(e.states.begin(), e.states.end(), [&](const StateSummary& s) { return s.state == name; });
         row.push_back(found == e.states.end() ? "-" : number_text(found->rmse));
-        row.push_back(found == e.states.end() || !found->efficiency ? "-" : number_text(*found->efficiency, 3));
+        row.push_back(found == e.states.end() || !found->efficiency ? "-" : efficiency_text(*found));
       }
       row.push_back(e.worst_run ? fmt::format("{}", *e.worst_run) : "-");
       errors.rows.push_back(std::move(row));
@@ -225,7 +243,12 @@ std::string summary_text(const Study& study, const Summary& summary) {
   std::string text = to_text(errors, 140) + "\n" + to_text(consistency, 140);
   if (summary.cases.size() > kMostCases)
     text += fmt::format("\nand {} further cases in results.json\n", summary.cases.size() - kMostCases);
-  text += "\neff.: the Cramer-Rao bound's variance over the mean squared error; no estimator is above 1 on the mean\n";
+  text +=
+      "\neta: mean over runs and samples of the root mean square of the states' errors, in their units; a run in which an "
+      "estimator\n"
+      "was without an estimate has none. eff.: variance of the Cramer-Rao bound over mean squared error, with its 95 % "
+      "interval\n"
+      "over the runs; with ever more runs no estimator stays above 1.\n";
   for (const CaseSummary& c : shown)
     if (c.why_no_bound) text += fmt::format("no bound for {}: {}\n", case_name(c), *c.why_no_bound);
   text += "\nBy eta, run by run\n";

@@ -11,7 +11,10 @@
 //   NEES: N = runs: errors are correlated in time, so the band is wider than 95 %. With series, NEES_k has its exact band of
 //         N = runs at each sample, and nees_inside is the share of the samples within it (Bar-Shalom, Li, Kirubarajan 2001,
 //         section 5.4.2).
-// Efficiency: the mean of the bound's variance over the mean of e^2 (monitor/bound.hpp). Comparisons are of eta, run by run
+// k counts from 1: the start itself is in no eta and eps. A run has no eta if the estimator was at some time after its first
+// estimate without one: an estimator gains nothing by giving up where it is hard. Efficiency: the mean of the bound's variance
+// over the mean of e^2 (monitor/bound.hpp); its interval is that of a ratio of means over runs (Cochran, Sampling Techniques,
+// 1977, section 2.11): 1.96 sqrt(n/(n-1) sum_r (b_r - R s_r)^2) / sum_r s_r. Comparisons are of eta, run by run
 // (comparison.hpp).
 // What is not known (an estimate that is not to be used) is in no mean; the tally counts it.
 #pragma once
@@ -33,11 +36,12 @@ struct StateSummary {
   std::string state;
   std::int64_t samples = 0;
   double rmse;
-  double most = 0.0;                 // the largest error of all
-  std::optional<double> bound_rmse;  // of the Cramer-Rao bound over the same samples
-  std::optional<double> efficiency;
-  std::vector<double> rmse_of_run;  // NaN where the run is missing or shows nothing
-  std::vector<double> eps_k;        // eps_alpha,k at EstimatorSummary::t_s; with series
+  double most = 0.0;                     // the largest error of all
+  std::optional<double> bound_rmse;      // of the Cramer-Rao bound over the same samples
+  std::optional<double> efficiency;      // bound_rmse^2 / rmse^2
+  std::optional<double> efficiency_off;  // to either end of its 95 % interval
+  std::vector<double> rmse_of_run;       // NaN where the run is missing or shows nothing
+  std::vector<double> eps_k;             // eps_alpha,k at EstimatorSummary::t_s; with series
 };
 
 struct EstimatorSummary {
@@ -75,7 +79,7 @@ class Summariser {
   Summary finish();
 
  private:
-  void compare_pairs(CaseSummary& c) const;
+  void compare_pairs(std::size_t index);
 
   struct Samples {
     std::int64_t runs = 0;
@@ -85,7 +89,8 @@ class Summariser {
     std::vector<std::int64_t> known;
   };
   struct Sums {
-    std::vector<double> square_sum, bound_sum;
+    // Of each state, over the runs: of s = sum e^2 and b, the sum of the bound's variance: s, b, b^2, b s, s^2.
+    std::vector<double> square_sum, bound_sum, bound_bound, bound_square, square_square;
     NormalisedSum nees, nis;
     double step_time_us = 0.0;
     std::map<double, Samples> samples;  // by t_s
@@ -93,8 +98,9 @@ class Summariser {
 
   const Study& study_;
   Summary summary_;
-  std::vector<std::vector<Sums>> sums_;  // of cases and estimators
-  std::size_t next_ = 0;                 // item
+  std::vector<std::vector<Sums>> sums_;          // of cases and estimators
+  std::vector<std::vector<std::uint64_t>> run_;  // of cases: that are there
+  std::size_t next_ = 0;                         // item
 };
 
 // The whole of results.json. Nothing in it depends on the wall clock.

@@ -47,6 +47,7 @@ struct PlaneModel {
   static constexpr std::array<Quantity, 4> kStateNames{{{"x_m", "m"}, {"y_m", "m"}, {"v_x_mps", "m/s"}, {"v_y_mps", "m/s"}}};
   static constexpr std::array<Quantity, 2> kInputNames{{{"u_x_mps2", "m/s^2"}, {"u_y_mps2", "m/s^2"}}};
   static constexpr std::array<Quantity, 2> kOutputNames{{{"x_m", "m"}, {"y_m", "m"}}};
+  static constexpr std::array<bool, kStates> kLinear{true, true, true, true};
 
   template <typename T>
   Vector<T, 4> derivative(const Vector<T, 4>& x, const Vector<double, 2>& u) const {
@@ -56,7 +57,10 @@ struct PlaneModel {
   Vector<T, 2> output(const Vector<T, 4>& x, const Vector<double, 2>&) const {
     return {x[0], x[1]};
   }
-  double fastest_rate_hz(const Vector<double, 4>&) const { return 0.0; }
+  template <typename T>
+  T fastest_rate_hz(const Vector<T, 4>&) const {
+    return 0.0;
+  }
   bool start_from(int output, double z, Vector<double, 4>& x) const {
     x[output] = z;
     return true;

@@ -12,9 +12,9 @@
 #include "estimators/hierarchical.hpp"
 #include "estimators/navigation.hpp"
 #include "estimators/particle_filter.hpp"
+#include "estimators/rbpf.hpp"
 #include "estimators/sqrt_ukf.hpp"
 #include "estimators/ukf.hpp"
-#include "estimators/rbpf.hpp"
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define SLIPSTREAM_COUNTS_ALLOCATIONS 1
@@ -96,10 +96,10 @@ TEST(NoHeap, StepsAllocateNothing) {
     const ParticleSettings settings{100, method, 0.5, true};
     const RandomStream random(1, 0, "estimator.pf");
     EXPECT_EQ(allocations_of_steps(*std::make_unique<ParticleFilter<LongitudinalFriction> >(belief(), settings, random)), 0);
-    EXPECT_EQ(allocations_of_steps(*std::make_unique<AuxiliaryParticleFilter<LongitudinalFriction> >(belief(), settings, random)),
-              0);
-    EXPECT_EQ(allocations_of_steps(*std::make_unique<RaoBlackwellisedFilter<LongitudinalFriction> >(belief(), settings, random)),
-              0);
+    EXPECT_EQ(
+        allocations_of_steps(*std::make_unique<AuxiliaryParticleFilter<LongitudinalFriction> >(belief(), settings, random)), 0);
+    EXPECT_EQ(
+        allocations_of_steps(*std::make_unique<RaoBlackwellisedFilter<LongitudinalFriction> >(belief(), settings, random)), 0);
   }
 
   for (const bool biases : {true, false}) {

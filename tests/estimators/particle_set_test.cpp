@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 
 #include "common/random.hpp"
@@ -49,14 +50,32 @@ TEST(Resampling, OffspringAreAsManyAsTheMethodSays) {
       const auto chosen = ancestors(method, w, random);
       EXPECT_TRUE(std::is_sorted(chosen.begin(), chosen.end()));
       const std::vector<int> count = offspring(chosen);
-      const double more = method == Resampling::kStratified ? 1.0 : 0.0;
+      const double fewer = method == Resampling::kStratified ? 1.0 : 0.0;
+      const double more = method == Resampling::kSystematic ? 0.0 : 1.0;
       for (std::size_t i = 0; i < w.size(); ++i) {
         const double expected = static_cast<double>(w.size()) * w[i];
-        EXPECT_GE(count[i], std::floor(expected - 1e-9) - more);  // rounding of the cumulated weights
+        EXPECT_GE(count[i], std::floor(expected - 1e-9) - fewer);  // rounding of the cumulated weights
         EXPECT_LE(count[i], std::ceil(expected + 1e-9) + more);
         EXPECT_TRUE(w[i] > 0.0 || count[i] == 0);
       }
     }
+}
+
+// 1.5, 1.5, 0.5 and 0.5 offspring. One systematic point u decides all four; of the residual two that are left each falls to one
+// of two particles by itself.
+TEST(Resampling, ResidualPointsAreIndependentOfEachOther) {
+  const std::vector<double> w{0.375, 0.375, 0.125, 0.125};
+  RandomStream random(4, 0, "weights");
+  std::map<std::vector<int>, int> systematic, residual;
+  constexpr int kDraws = 4000;
+  for (int k = 0; k < kDraws; ++k) {
+    ++systematic[offspring(ancestors(Resampling::kSystematic, w, random))];
+    ++residual[offspring(ancestors(Resampling::kResidual, w, random))];
+  }
+  EXPECT_EQ(systematic.size(), 2u);
+  ASSERT_EQ(residual.size(), 4u);
+  for (const auto& [count, draws] : residual)
+    EXPECT_NEAR(draws, kDraws / 4.0, 4.0 * std::sqrt(kDraws * 3.0 / 16.0));  // binomial
 }
 
 TEST(Resampling, OnAverageOffspringAreInProportionToTheWeight) {
@@ -69,8 +88,8 @@ TEST(Resampling, OnAverageOffspringAreInProportionToTheWeight) {
       const std::vector<int> count = offspring(ancestors(method, w, random));
       for (std::size_t i = 0; i < w.size(); ++i) sum[i] += count[i];
     }
-    // One particle's number of a stratified draw varies by 1/2 at most on the border of either end: variance up to 1/2. Four
-    // deviations of the mean of so many draws.
+    // One particle's number of a stratified or residual draw varies by 1/2 at most on the border of either end: variance up to
+    // 1/2. Four deviations of the mean of so many draws.
     for (std::size_t i = 0; i < w.size(); ++i) EXPECT_NEAR(sum[i] / kDraws, 30.0 * w[i], 4.0 * std::sqrt(0.5 / kDraws)) << i;
   }
 }

@@ -116,6 +116,7 @@ struct Quadratic {
   static constexpr std::string_view kName = "quadratic";
   static constexpr int kStates = N, kInputs = 1, kOutputs = 1;
   static constexpr std::array<Quantity, N> kStateNames{};
+  static constexpr std::array<bool, N> kLinear{};
   static constexpr std::array<Quantity, 1> kInputNames{{{"u", "1"}}};
   static constexpr std::array<Quantity, 1> kOutputNames{{{"z", "1"}}};
   Matrix<double, N> a = Matrix<double, N>::Identity();
@@ -138,7 +139,10 @@ struct Quadratic {
     out[0] = z;
     return out;
   }
-  double fastest_rate_hz(const Vector<double, N>&) const { return 0.0; }
+  template <typename T>
+  T fastest_rate_hz(const Vector<T, N>&) const {
+    return 0.0;
+  }
   bool start_from(int, double, Vector<double, N>&) const { return false; }
 };
 

@@ -39,6 +39,7 @@ struct Walk {
   static constexpr std::string_view kName = "walk";
   static constexpr int kStates = 1, kInputs = 1, kOutputs = 1;
   static constexpr std::array<Quantity, 1> kStateNames{{{"x", "1"}}}, kInputNames{{{"u", "1"}}}, kOutputNames{{{"x", "1"}}};
+  static constexpr std::array<bool, 1> kLinear{true};
   template <typename T>
   Vector<T, 1> derivative(const Vector<T, 1>&, const Vector<double, 1>&) const {
     return Vector<T, 1>(T(0.0));
@@ -47,7 +48,10 @@ struct Walk {
   Vector<T, 1> output(const Vector<T, 1>& x, const Vector<double, 1>&) const {
     return x;
   }
-  double fastest_rate_hz(const Vector<double, 1>&) const { return 0.0; }
+  template <typename T>
+  T fastest_rate_hz(const Vector<T, 1>&) const {
+    return 0.0;
+  }
   bool start_from(int, double z, Vector<double, 1>& x) const {
     x[0] = z;
     return true;

@@ -158,10 +158,12 @@ TEST(Comparison, SaysItInASentence) {
 TEST(Comparison, TellsTheRunsThatFailed) {
   std::vector<double> a(40, 1.0), b(40, 2.0);
   b[3] = b[7] = b[39] = kNan;
-  EXPECT_EQ(compared(a, b).sentence(), "ukf better than pf by 50 % +-0, n = 37; 3 of 40 runs left out: pf gave no estimate");
+  EXPECT_EQ(compared(a, b).sentence(),
+            "ukf better than pf by 50 % +-0, n = 37; 3 of 40 runs left out: pf was without an estimate");
   a[3] = a[4] = std::numeric_limits<double>::infinity();
   const Comparison c = compared(a, b);
-  EXPECT_EQ(c.sentence(), "ukf better than pf by 50 % +-0, n = 36; 4 of 40 runs left out: ukf gave no estimate in 2, pf in 3");
+  EXPECT_EQ(c.sentence(),
+            "ukf better than pf by 50 % +-0, n = 36; 4 of 40 runs left out: ukf was without an estimate in 2, pf in 3");
   EXPECT_EQ(c.failed_first, 2u);
   EXPECT_EQ(c.failed_second, 3u);
 }
@@ -172,7 +174,7 @@ TEST(Comparison, GivesNoIntervalToTooFewRuns) {
   EXPECT_TRUE(std::isnan(compared(a, b).low));
   EXPECT_EQ(compared({1.0}, {2.0}).sentence(), "ukf and pf differ by 50 % in 1 run, too few for an interval (at least 10)");
   EXPECT_EQ(compared({1.0, 2.0}, {kNan, kNan}).sentence(),
-            "ukf and pf cannot be compared: no run has a number of both; 2 of 2 runs left out: pf gave no estimate");
+            "ukf and pf cannot be compared: no run has a number of both; 2 of 2 runs left out: pf was without an estimate");
   EXPECT_EQ(compared({}, {}).sentence(), "ukf and pf cannot be compared: no run has a number of both");
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tuple>
 
 namespace slipstream {
 namespace {
@@ -46,6 +47,38 @@ RunLine line_of(std::size_t item, const double (&e)[2][2], double nees, double n
   run.nees = {2, 2.0 * nees, 4.0};
   run.nis = {2, 2.0 * nis, 2.0};
   return {"", item, 0, {run}, {10.0}};
+}
+
+// A run in which the estimator gave up for a while has no eta: it would be better off without its worst samples.
+TEST(Summary, ARunWithAGapHasNoEta) {
+  const Study study = study_of(2);
+  Summariser summariser(study);
+  summariser.add(line_of(0, {{3.0, -4.0}, {6.0, 8.0}}, 1.0, 0.5));
+  RunLine gap = line_of(1, {{0.0, 0.0}, {0.0, 0.0}}, 1.0, 0.5);
+  gap.estimators[0].missing = 1;
+  summariser.add(gap);
+  const Summary summary = summariser.finish();
+  const EstimatorSummary& a = summary.cases[0].estimators[0];
+  EXPECT_TRUE(std::isnan(a.eta_of_run[1]));
+  EXPECT_EQ(a.eta, a.eta_of_run[0]);
+}
+
+// Two runs, s = 4 and 8, b = 3 and 5: R = 8/12, sum (b - R s)^2 = 2/9, so 1.96 sqrt(2/1 * 2/9)/12.
+TEST(Summary, EfficiencyAndItsIntervalByHand) {
+  const Study study = study_of(2);
+  Summariser summariser(study);
+  for (const auto& [item, square, bound] : {std::tuple{0U, 4.0, 3.0}, {1U, 8.0, 5.0}}) {
+    RunLine line = line_of(item, {{1.0, 1.0}, {1.0, 1.0}}, 1.0, 0.5);
+    line.estimators[0].states[0].square_sum = square;
+    line.estimators[0].states[0].bound_sum = bound;
+    summariser.add(line);
+  }
+  const Summary summary = summariser.finish();
+  const StateSummary& x = summary.cases[0].estimators[0].states[0];
+  ASSERT_TRUE(x.efficiency && x.efficiency_off);
+  EXPECT_NEAR(*x.efficiency, 8.0 / 12.0, 1e-15);                                 // rounding
+  EXPECT_NEAR(*x.efficiency_off, 1.959964 * std::sqrt(4.0 / 9.0) / 12.0, 1e-7);  // of the printed quantile
+  EXPECT_FALSE(summary.cases[0].estimators[0].states[1].efficiency);
 }
 
 TEST(Summary, IndicesByHand) {

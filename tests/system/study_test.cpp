@@ -178,7 +178,8 @@ TEST(Study, MergeRefusesWhatDoesNotBelongTogether) {
   const auto head = [&](const char* out) { return text_of(bench.path(std::string(out) + "/study.toml")).substr(0, 24); };
   const std::string a_runs = bench.path("a/runs.jsonl"), b_runs = bench.path("b/runs.jsonl");
   expect_refused(bench, "study", {"merge", bench.path("a"), bench.path("b"), "--out", bench.path("m")},
-                 a_runs + " and " + b_runs + " are of different studies ('" + head("a") + "' and '" + head("b") + "')");
+                 a_runs + " and " + b_runs + " are of different studies, or of processors that compute differently ('" +
+                     head("a") + "' and '" + head("b") + "')");
   expect_refused(bench, "study", {b, "--out", bench.path("a")},
                  "--out: " + bench.path("a") + " holds another study (its study.toml says '" + head("a") + "', this one is '" +
                      head("b") + "'); give this one a folder of its own");

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <deque>
+#include <memory>
 
 #include "tests/system/doors.hpp"
 #include "tests/system/observer.hpp"
@@ -19,10 +19,10 @@ void play(Bench& bench, const Arguments& plant_arguments, const std::vector<std:
   std::string all = "monitor";
   for (const std::string& a : algorithms) all += "," + a;
   Process plant = bench.plant(plant_arguments + Arguments{"--wait-for", all}), monitor = bench.monitor();
-  std::deque<Process> estimators;
-  for (const std::string& a : algorithms) estimators.push_back(bench.estimator({"--algorithm", a, "--once"}));
+  std::vector<std::unique_ptr<Process>> estimators;
+  for (const std::string& a : algorithms) estimators.emplace_back(new Process(bench.estimator({"--algorithm", a, "--once"})));
   expect_success(plant);
-  for (Process& e : estimators) expect_success(e);
+  for (const auto& e : estimators) expect_success(*e);
   expect_success(monitor);
 }
 
