@@ -63,6 +63,8 @@ class PackOf {
   friend PackOf sqrt(const PackOf& a) { return {sqrt(a.first_), sqrt(a.second_)}; }
   friend PackOf exp(const PackOf& a) { return {exp(a.first_), exp(a.second_)}; }
   friend PackOf log(const PackOf& a) { return {log(a.first_), log(a.second_)}; }
+  friend PackOf exp_single(const PackOf& a) { return {exp_single(a.first_), exp_single(a.second_)}; }
+  friend PackOf log_single(const PackOf& a) { return {log_single(a.first_), log_single(a.second_)}; }
   friend PackOf sin(const PackOf& a) { return {sin(a.first_), sin(a.second_)}; }
   friend PackOf cos(const PackOf& a) { return {cos(a.first_), cos(a.second_)}; }
 
@@ -95,7 +97,8 @@ class PackOf<kWidth, kWidth> {
   void store(double* to) const { std::memcpy(to, &v_, sizeof v_); }
   // The whole part of each, which must fit.
   void store_whole(std::int32_t* to) const {
-    for (int i = 0; i < kWidth; ++i) to[i] = static_cast<std::int32_t>(v_[i]);
+    const auto whole = __builtin_convertvector(v_, typename batch::Register<kWidth>::Whole);
+    std::memcpy(to, &whole, sizeof whole);
   }
   double operator[](int lane) const { return v_[lane]; }
 
@@ -119,6 +122,8 @@ class PackOf<kWidth, kWidth> {
   }
   friend PackOf exp(const PackOf& a) { return of(batch::exp_of<kWidth>(a.v_)); }
   friend PackOf log(const PackOf& a) { return of(batch::log_of<kWidth>(a.v_)); }
+  friend PackOf exp_single(const PackOf& a) { return of(batch::exp_single_of<kWidth>(a.v_)); }
+  friend PackOf log_single(const PackOf& a) { return of(batch::log_single_of<kWidth>(a.v_)); }
   friend PackOf sin(const PackOf& a) { return of(batch::sines_cosines_of_turns<kWidth>(a.v_ * kTurnsPerRad).sine); }
   friend PackOf cos(const PackOf& a) { return of(batch::sines_cosines_of_turns<kWidth>(a.v_ * kTurnsPerRad).cosine); }
 

@@ -191,7 +191,7 @@ class ParticleCloud {
       if constexpr (kRelative) {
         const P r = relative2 * (h * h) + absolute2;
         square /= r;
-        constant = log(r);
+        constant = log_single(r);
       } else {
         square *= precision;
       }
