@@ -81,19 +81,20 @@ class ParticleSet {
     total_ = 1.0;
   }
 
-  // Takes over new_log_weights(), whose greatest is given, and returns N_eff. Log-weights that are not numbers get no weight. If
-  // all have vanished: 0, and the weights are as before.
+  // Takes over new_log_weights(), whose greatest is given, and returns N_eff. Log-weights that are not numbers get no weight.
+  // If all have vanished: 0, and the weights are as before.
   double weigh(double greatest) {
     if (!std::isfinite(greatest)) return 0.0;
     double squares = 0.0;
-    const double* const l = new_log_weight_.data();
-    double* const w = weight_.data();
-    const std::size_t padded = padded_;
     with_widest([&](auto width) {
       using P = PackOf<width, kSumLanes>;
+      const double* const l = new_log_weight_.data();
+      double* const w = weight_.data();
+      const std::size_t padded = padded_;
+      const P most(greatest);
       P sum(0.0), square(0.0);
       for (std::size_t i = 0; i < padded; i += kSumLanes) {
-        const P here = exp(max(P::load(l + i) - greatest, batch::kExpLowest));
+        const P here = exp_single(max(P::load(l + i) - most, batch::kExpSingleLowest));
         here.store(w + i);
         sum += here;
         square += here * here;
@@ -166,13 +167,15 @@ class ParticleSet {
  private:
   // Returns the least share of a second moment that is left as variance; 1 or more where there is none.
   double moments_about(const State& near, Moments& at) const {
-    const double* const w = weights();
-    const std::size_t padded = padded_;
-    const State centre = near;
     double first[n], second[n][n];
+    const State centre = near;
     with_widest([&](auto width) {
       using P = PackOf<width, kSumLanes>;
       const double* const x = x_.data();
+      const double* const w = weights();
+      const std::size_t padded = padded_;
+      P from[n];
+      for (int s = 0; s < n; ++s) from[s] = P(centre[s]);
       P mean[n], product[n][n];
       for (int s = 0; s < n; ++s) {
         mean[s] = P(0.0);
@@ -182,7 +185,7 @@ class ParticleSet {
         const P weight = P::load(w + i);
         P d[n];
         for (int s = 0; s < n; ++s) {
-          d[s] = P::load(x + static_cast<std::size_t>(s) * padded + i) - centre[s];
+          d[s] = P::load(x + static_cast<std::size_t>(s) * padded + i) - from[s];
           const P weighted = weight * d[s];
           mean[s] += weighted;
           for (int t = 0; t <= s; ++t) product[s][t] += weighted * d[t];
@@ -204,10 +207,10 @@ class ParticleSet {
     return left;
   }
 
-  std::size_t size_;    // N
-  std::size_t padded_;  // N and the lanes that fill the last pack
-  bool even_ = true;    // all particles have the same weight
-  double total_ = 1.0;  // sum of the weights
+  std::size_t size_;       // N
+  std::size_t padded_;     // N and the lanes that fill the last pack
+  bool even_ = true;       // all particles have the same weight
+  double total_ = 1.0;     // sum of the weights
   double greatest_ = 0.0;  // what was taken off the log-weights before the exponential
   std::vector<double> x_;
   std::vector<double> moved_;  // as x_, while resampling
