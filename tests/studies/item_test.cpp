@@ -68,11 +68,12 @@ TEST(Item, ALineReadsBackToTheSameBits) {
 }
 
 TEST(Item, WhatIsNotKnownIsNull) {
-  RunLine line{"key",
-               3,
-               5,
-               {{"e", {2, 0, 1}, 1, 0.1, {{"x", 1, 1e-300, 0.1, {0.1, NAN}, {}}}, {}, {}, {0.0, 0.1}, {0.1, NAN}, {NAN, NAN}}},
-               {NAN}};
+  RunLine line{
+      "key",
+      3,
+      5,
+      {{"e", {2, 0, 1}, 1, 0, 0.1, {{"x", 1, 1e-300, 0.1, {0.1, NAN}, {}}}, {}, {}, {0.0, 0.1}, {0.1, NAN}, {NAN, NAN}}},
+      {NAN}};
   const std::string text = to_text(line);
   const RunLine back = read_run_line(text);
   EXPECT_EQ(to_text(back), text);
