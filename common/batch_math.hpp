@@ -1,6 +1,6 @@
-// Elementary functions without branches or library calls, for one number or for all numbers of a register at once (g++ 12 leaves
-// calls to the C library scalar), with the same bits for every register's width and C library. Polynomials are summed by parts that
-// do not wait for each other (Estrin's scheme).
+// Elementary functions without branches or library calls, for one number or for all numbers of a register at once (g++ 12
+// leaves calls to the C library scalar), with the same bits for every register's width and C library. Polynomials are summed by
+// parts that do not wait for each other (Estrin's scheme).
 //
 //   exp x = 2^k e^r,      r = x - k ln 2, |r| <= ln 2 / 2      Taylor series to r^13
 //   log x = k ln 2 + 2 artanh s,  s = (m - 1)/(m + 1), x = 2^k m, m in [sqrt 1/2, sqrt 2)      series to s^21
@@ -21,7 +21,7 @@
 
 namespace slipstream::batch {
 
-// A register of so many numbers, its bits, and as many of single precision.
+// A register of so many numbers, its bits, and as many short numbers.
 template <int kWidth>
 struct Register;
 template <>
@@ -34,18 +34,21 @@ struct Register<2> {
   using Real [[gnu::vector_size(16)]] = double;
   using Bits [[gnu::vector_size(16)]] = std::uint64_t;
   using Single [[gnu::vector_size(8)]] = float;
+  using Whole [[gnu::vector_size(8)]] = std::int32_t;
 };
 template <>
 struct Register<4> {
   using Real [[gnu::vector_size(32)]] = double;
   using Bits [[gnu::vector_size(32)]] = std::uint64_t;
   using Single [[gnu::vector_size(16)]] = float;
+  using Whole [[gnu::vector_size(16)]] = std::int32_t;
 };
 template <>
 struct Register<8> {
   using Real [[gnu::vector_size(64)]] = double;
   using Bits [[gnu::vector_size(64)]] = std::uint64_t;
   using Single [[gnu::vector_size(32)]] = float;
+  using Whole [[gnu::vector_size(32)]] = std::int32_t;
 };
 
 // Whether any bit is set.
@@ -99,8 +102,7 @@ inline typename Register<kWidth>::Real log_of(const typename Register<kWidth>::R
   const Real k = std::bit_cast<Real>(exponent) - (0x1.0p52 + 1023.0);
   const Real m = std::bit_cast<Real>(mantissa);
   const Real s = (m - 1.0) / (m + 1.0);
-  const Real z = s * s;
-  const Real z2 = z * z, z4 = z2 * z2;
+  const Real z = s * s, z2 = z * z, z4 = z2 * z2;
   const Real low = (1.0 / 3.0 + z * (1.0 / 5.0)) + z2 * (1.0 / 7.0 + z * (1.0 / 9.0));
   const Real high = (1.0 / 11.0 + z * (1.0 / 13.0)) + z2 * (1.0 / 15.0 + z * (1.0 / 17.0));
   const Real a = low + z4 * (high + z4 * (1.0 / 19.0 + z * (1.0 / 21.0)));

@@ -3,10 +3,10 @@
 //
 //   (a_1 ... a_n) op (b_1 ... b_n) = (a_1 op b_1 ... a_n op b_n)
 //
-// n = kCount, in registers of kWidth numbers: 2 on every x86-64, 4 with AVX2, 8 with AVX-512. Each lane has the bits that plain doubles would
-// have, whatever the width; only sin, cos, exp and log are those of batch_math.hpp, which have no branches. Code that must know
-// which way a lane goes takes both ways and chooses: select_less, clamp, abs, max. Two registers to a pack keep a processor busy
-// where each operation waits for the one before.
+// n = kCount, in registers of kWidth numbers: 2 on every x86-64, 4 with AVX2, 8 with AVX-512. Each lane has the bits that plain
+// doubles would have, whatever the width; only sin, cos, exp and log are those of batch_math.hpp, which have no branches. Code
+// that must know which way a lane goes takes both ways and chooses: select_less, clamp, abs, max. Two registers to a pack keep
+// a processor busy where each operation waits for the one before.
 #pragma once
 
 #include <Eigen/Core>
@@ -32,8 +32,7 @@ class PackOf {
   PackOf(const Half& first, const Half& second) : first_(first), second_(second) {}
   // Implicit on purpose: `2.0 * x` and `T(0)` read as in the formula.
   template <typename S>
-  requires std::is_arithmetic_v<S>
-  PackOf(S all) : first_(all), second_(all) {}
+  requires std::is_arithmetic_v<S> PackOf(S all) : first_(all), second_(all) {}
 
   template <typename S>
   static PackOf load(const S* from) {
@@ -79,8 +78,7 @@ class PackOf<kWidth, kWidth> {
 
   PackOf() = default;
   template <typename S>
-  requires std::is_arithmetic_v<S>
-  PackOf(S all) : v_(Lane{} + static_cast<double>(all)) {}
+  requires std::is_arithmetic_v<S> PackOf(S all) : v_(Lane{} + static_cast<double>(all)) {}
 
   static PackOf load(const double* from) {
     PackOf p;
@@ -95,7 +93,8 @@ class PackOf<kWidth, kWidth> {
   void store(double* to) const { std::memcpy(to, &v_, sizeof v_); }
   // The whole part of each, which must fit.
   void store_whole(std::int32_t* to) const {
-    for (int i = 0; i < kWidth; ++i) to[i] = static_cast<std::int32_t>(v_[i]);
+    const auto whole = __builtin_convertvector(v_, typename batch::Register<kWidth>::Whole);
+    std::memcpy(to, &whole, sizeof whole);
   }
   double operator[](int lane) const { return v_[lane]; }
 

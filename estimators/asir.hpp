@@ -1,15 +1,16 @@
 // Auxiliary particle filter (ASIR): looks at the measurement before it draws, so that few particles are drawn in vain.
 //
 //   first stage    mu_i = f(x_i, u, dt),   lambda_i ~ w_i p(z | mu_i)
-//   resample       ancestors a_j by lambda, when N_eff of lambda < resample_below N; always where resample_below is 1. Where not,
+//   resample       ancestors a_j by lambda, when N_eff of lambda < resample_below N; always where resample_below is 1. Where
+//   not,
 //                  a_j = j and the weights stay
 //   draw           x_j = mu_{a_j} + sqrt(Q(dt)) xi,  xi ~ N(0, I)
 //   second stage   w_j ~ p(z | x_j) / p(z | mu_{a_j})    (times w_j where it was not resampled)
 //
-// Better than SIR where a measurement is precise beside the spread of the set, and the process noise small beside that; with much
-// process noise mu says little of where x will be, and the weights vary more than SIR's. The innovation is that of the points
-// mu_i under the weights before z; the process noise adds H Q H', H at their mean. Without a measurement, or over no time, a step
-// is SIR's without resampling. Estimate and failures: particle_estimator.hpp.
+// Better than SIR where a measurement is precise beside the spread of the set, and the process noise small beside that; with
+// much process noise mu says little of where x will be, and the weights vary more than SIR's. The innovation is that of the
+// points mu_i under the weights before z; the process noise adds H Q H', H at their mean. Without a measurement, or over no
+// time, a step is SIR's without resampling. Estimate and failures: particle_estimator.hpp.
 //
 // Pitt and Shephard, J. American Statistical Association 94 (1999), section 3; Arulampalam et al. (2002), algorithm 5.
 #pragma once
@@ -52,7 +53,7 @@ class AuxiliaryParticleFilter final : public ParticleEstimator<M> {
     auto& set = this->cloud_.set();
     const double *const before = set.log_weights(), *const after = set.new_log_weights();
     for (std::size_t i = 0; i < set.padded(); ++i) likelihood_[i] = after[i] - before[i];
-    const double effective = set.weigh(greatest);
+    const double effective = set.weigh(greatest, this->estimate_.mean);
     if (effective == 0.0) return nullptr;
     if (this->is_few(effective)) {
       this->cloud_.resample(&likelihood_);

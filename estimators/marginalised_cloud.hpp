@@ -8,11 +8,12 @@
 //   absorb    K = P H' S^-1,  x_l += K nu,  P = (I - K H) P (I - K H)' + K R K'         (Joseph form)
 //   moments   of the mixture: mean and covariance of the points, and the mean of P
 //
-// That is the Rao-Blackwellised (marginalised) filter of Schoen, Gustafsson and Nordlund, IEEE Trans. Signal Processing 53 (2005),
-// the mixed case. It is exact where the model is linear in x_l for given x_n, in discrete time; else an extended Kalman filter
-// per particle. Runge-Kutta makes a rate that is linear in x_l slightly nonlinear where x_n moves with x_l within a step. R as in
-// kalman.hpp: relative noise is expected under the particle's own prediction. A measurement is within reach when within 6
-// deviations of S. F and H by dual numbers. Particles go one by one: the cost is that of N small extended Kalman filters.
+// That is the Rao-Blackwellised (marginalised) filter of Schoen, Gustafsson and Nordlund, IEEE Trans. Signal Processing 53
+// (2005), the mixed case. It is exact where the model is linear in x_l for given x_n, in discrete time; else an extended Kalman
+// filter per particle. Runge-Kutta makes a rate that is linear in x_l slightly nonlinear where x_n moves with x_l within a
+// step. R as in kalman.hpp: relative noise is expected under the particle's own prediction. A measurement is within reach when
+// within 6 deviations of S. F and H by dual numbers. Particles go one by one: the cost is that of N small extended Kalman
+// filters.
 #pragma once
 
 #include <algorithm>
@@ -155,6 +156,7 @@ class MarginalisedCloud {
       for (int s = 0; s <= r; ++s, ++c) set_.column(c)[i] = covariance(r, s);
   }
   void pad() {
+    set_.touch();
     for (int c = 0; c < Set::kColumns; ++c) set_.repeat_last(set_.column(c));
   }
 

@@ -1,6 +1,7 @@
 // The particles of a process model: what every particle filter here does to them, many at a time.
 //
-//   move      x_i = f(x_i, u, dt)                     f: Runge-Kutta as in models/transition.hpp; eight particles take the number
+//   move      x_i = f(x_i, u, dt)                     f: Runge-Kutta as in models/transition.hpp; eight particles take the
+//   number
 //                                                     of steps that the fastest of them needs
 //   disturb   x_i += sqrt(Q(dt)) xi,  xi ~ N(0, I)    a random walk; only states whose process variance is positive are drawn
 //   judge     h_i = h(x_i, u),  l_i += log p(z | x_i),  -2 log p = sum_k (z_k - h_ik)^2/R_ik + log R_ik,
@@ -71,6 +72,7 @@ class ParticleCloud {
     const bool moves = ask.move && step.dt_s > 0.0;
     const bool moves_at_once = moves && !needs_divided_steps(step.dt_s);
     if (moves && !moves_at_once) move_in_divided_steps(u, step.dt_s);
+    set_.touch();
     State sigma = State::Zero();
     if (ask.disturb && step.dt_s > 0.0) {
       sigma = belief_.process_covariance(step.dt_s).cwiseMax(0.0).cwiseSqrt();
@@ -92,10 +94,12 @@ class ParticleCloud {
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
   static constexpr double kLeastVariance = 1e-300;  // where the law is relative and h is 0; else lost in rounding
 
-  // Particles that a derivative is evaluated for at once: as many as keep a processor busy, whose operations wait for each other,
-  // and as a state leaves registers for. No particle's result depends on it.
+  // Particles that a derivative is evaluated for at once: as many as keep a processor busy, whose operations wait for each
+  // other, and as a state leaves registers for. No particle's result depends on it.
   template <int kWidth>
-  static constexpr int kMoved = kWidth == 2 ? 8 : n <= 2 ? 32 : 2 * kWidth;
+  static constexpr int kMoved = kWidth == 2 ? 8
+                                : n <= 2    ? 32
+                                            : 2 * kWidth;
   static constexpr int kGroup = 8;  // that take the same number of divided steps
 
   struct Sums {  // under the weights before z, about `centre`
@@ -122,7 +126,8 @@ class ParticleCloud {
       const double* const x = set_.column(0);
       const std::size_t padded = set_.padded();
       P greatest(0.0);
-      for (std::size_t i = 0; i < padded; i += P::kLanes) greatest = max(model.fastest_rate_hz(load<P>(x, i, padded)), greatest);
+      for (std::size_t i = 0; i < padded; i += P::kLanes)
+        greatest = max(model.fastest_rate_hz(load<P>(x, i, padded)), greatest);
       for (int lane = 0; lane < P::kLanes; ++lane) most = std::max(most, greatest[lane]);
     });
     return transition_steps(most, dt_s) > 1;
@@ -179,9 +184,9 @@ class ParticleCloud {
     double z, relative2, absolute2, centre;
   };
   template <typename P, int k, bool kRelative>
-  static void weigh_output(const M& model, const Input& u, const Output& o, const double* x_all, const double* w_all, const double* l_from,
-                           double* l_to, double* h_of_block, std::size_t begin, std::size_t end, std::size_t padded, P& least_of_all, P& first_of_all,
-                           P& second_of_all, P& greatest_of_all) {
+  static void weigh_output(const M& model, const Input& u, const Output& o, const double* x_all, const double* w_all,
+                           const double* l_from, double* l_to, double* h_of_block, std::size_t begin, std::size_t end,
+                           std::size_t padded, P& least_of_all, P& first_of_all, P& second_of_all, P& greatest_of_all) {
     const double z = o.z, relative2 = o.relative2, absolute2 = o.absolute2, precision = 1.0 / absolute2, centre = o.centre;
     P least = least_of_all, first = first_of_all, second = second_of_all, greatest(-kInfinity);
     for (std::size_t i = begin; i < end; i += P::kLanes) {
@@ -254,19 +259,20 @@ class ParticleCloud {
               [&] {
                 if (!is_measured(step, k)) return;
                 const NoiseLaw& law = belief_.noise[k];
-                const Output o{step.measured_value[k], law.relative * law.relative, law.absolute * law.absolute + kLeastVariance,
-                               sums.centre[k]};
+                const Output o{step.measured_value[k], law.relative * law.relative,
+                               law.absolute * law.absolute + kLeastVariance, sums.centre[k]};
                 if (law.relative != 0.0) {
-                  weigh_output<P, k, true>(model, u, o, x, w, l_from, l_new, h[k], begin, end, padded, least[k], first[k], second[k][k],
-                                            block_greatest);
+                  weigh_output<P, k, true>(model, u, o, x, w, l_from, l_new, h[k], begin, end, padded, least[k], first[k],
+                                           second[k][k], block_greatest);
                 } else {
-                  weigh_output<P, k, false>(model, u, o, x, w, l_from, l_new, h[k], begin, end, padded, least[k], first[k], second[k][k],
-                                            block_greatest);
+                  weigh_output<P, k, false>(model, u, o, x, w, l_from, l_new, h[k], begin, end, padded, least[k], first[k],
+                                            second[k][k], block_greatest);
                 }
                 l_from = l_new;
               }(),
               ...);
-        }(std::make_index_sequence<m>());
+        }
+        (std::make_index_sequence<m>());
         for (int k = 0; k < m; ++k)
           for (int j = 0; j < k; ++j)
             if (is_measured(step, k) && is_measured(step, j))

@@ -73,8 +73,8 @@ class ParticleEstimator : public GaussianEstimator<M> {
     return settings_.resample_below >= 1.0 || effective < settings_.resample_below * static_cast<double>(settings_.particles);
   }
 
-  // From the judged particles to the estimate: recovers a lost set, takes the weights over and publishes. Returns N_eff; 0 where
-  // nothing was weighed.
+  // From the judged particles to the estimate: recovers a lost set, takes the weights over and publishes. Returns N_eff; 0
+  // where nothing was weighed.
   double conclude(const Input& u, const StepInput& step, typename Cloud::Judgement& seen) {
     EstimateStatus status = EstimateStatus::kValid;
     StepInput left = step;  // what is still to be weighed
@@ -87,7 +87,7 @@ class ParticleEstimator : public GaussianEstimator<M> {
     }
     double effective = 0.0;
     if (left.measured != 0U) {
-      effective = cloud_.set().weigh(seen.greatest);
+      effective = cloud_.set().weigh(seen.greatest, this->estimate_.mean);
       if (effective == 0.0) status = EstimateStatus::kFallback;
       if constexpr (requires { cloud_.absorb(u, left); }) {
         if (effective > 0.0) cloud_.absorb(u, left);
@@ -116,7 +116,9 @@ class ParticleEstimator : public GaussianEstimator<M> {
     std::uint32_t used = 0;
     Gaussian<M> at{cloud_.moments(this->estimate_.mean).mean, this->belief_.initial_variance.asDiagonal()};
     for (int k = 0; k < M::kOutputs; ++k)
-      if (cloud_.is_measured(step, static_cast<std::size_t>(k)) && this->start_at(k, step.measured_value[static_cast<std::size_t>(k)], at)) used |= 1U << k;
+      if (cloud_.is_measured(step, static_cast<std::size_t>(k)) &&
+          this->start_at(k, step.measured_value[static_cast<std::size_t>(k)], at))
+        used |= 1U << k;
     this->estimate_ = at;
     cloud_.draw(at);
     return used;
@@ -133,8 +135,9 @@ class ParticleEstimator : public GaussianEstimator<M> {
     if constexpr (!Cloud::kIntervals) return;
     const auto& set = cloud_.set();
     for (int s = 0; s < n; ++s) {
-      const auto [low, high] = interval_finder_.find({set.column(s), set.size()}, {set.weights(), set.size()}, set.total_weight(),
-                                                     this->estimate_.mean[s], std::sqrt(this->estimate_.covariance(s, s)), kTail);
+      const auto [low, high] =
+          interval_finder_.find({set.column(s), set.size()}, {set.weights(), set.size()}, set.total_weight(),
+                                this->estimate_.mean[s], std::sqrt(this->estimate_.covariance(s, s)), kTail);
       interval_low_[s] = low;
       interval_high_[s] = high;
     }

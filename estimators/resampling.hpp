@@ -5,8 +5,8 @@
 //   stratified   p_j = (u_j + j)/N     a u_j of its own for each: floor(N w_i) - 1 to ceil(N w_i) + 1 offspring
 //   residual     floor(N w_i) copies, and the R that are left by systematic points over the remainders N w_i - floor(N w_i)
 //
-// Each gives particle i N w_i offspring on average; ancestors ascend; the cost is linear. The first two: Arulampalam et al., IEEE
-// Trans. Signal Processing 50 (2002), algorithm 2, and Kitagawa (1996). Residual: Liu and Chen (1998), whose remainder is
+// Each gives particle i N w_i offspring on average; ancestors ascend; the cost is linear. The first two: Arulampalam et al.,
+// IEEE Trans. Signal Processing 50 (2002), algorithm 2, and Kitagawa (1996). Residual: Liu and Chen (1998), whose remainder is
 // multinomial: ours has less variance (Douc and Cappe 2005, section 3, compares them).
 #pragma once
 
@@ -22,7 +22,8 @@ namespace slipstream {
 
 enum class Resampling { kSystematic, kStratified, kResidual };
 
-// Of the name in a tuning: "systematic", "stratified" or "residual". Others are a mistake of ours: the scenario's reader knows them.
+// Of the name in a tuning: "systematic", "stratified" or "residual". Others are a mistake of ours: the scenario's reader knows
+// them.
 Resampling resampling_named(const std::string& name);
 
 class Resampler {

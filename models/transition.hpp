@@ -1,4 +1,5 @@
-// A process model in discrete time: x+ = f(x, u, dt), by Runge-Kutta steps of fourth order as many as stability needs, u constant.
+// A process model in discrete time: x+ = f(x, u, dt), by Runge-Kutta steps of fourth order as many as stability needs, u
+// constant.
 #pragma once
 
 #include <algorithm>

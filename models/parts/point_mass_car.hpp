@@ -20,8 +20,8 @@ struct PointMassCar {
   double frontal_area_m2 = 1.0;  // A
   double drag_coefficient = 0.3;
   double mass_kg = 1250.0;
-  double wheelbase_m = 2.5;      // L
-  double speed_eps_mps = 0.5;    // v_eps: at 20 m/s the push is 0.06 % below the document's
+  double wheelbase_m = 2.5;    // L
+  double speed_eps_mps = 0.5;  // v_eps: at 20 m/s the push is 0.06 % below the document's
 
   template <typename Self, typename V>
   static void visit_parameters(Self& p, V& v) {

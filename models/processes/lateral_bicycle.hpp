@@ -64,7 +64,9 @@ struct LateralBicycle {
 
   // The fastest rate of x' = f around x, 1/s, at any speed: bounds the length of a stable Runge-Kutta step.
   template <typename T>
-  T fastest_rate_hz(const Vector<T, kStates>& x) const { return track.fastest_rate_hz(x[5], x[6]); }
+  T fastest_rate_hz(const Vector<T, kStates>& x) const {
+    return track.fastest_rate_hz(x[5], x[6]);
+  }
 
   bool start_from(int output, double z, Vector<double, kStates>& x) const {
     if (output != 1) return false;

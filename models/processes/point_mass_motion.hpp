@@ -40,7 +40,9 @@ struct PointMassMotion {
     return {x[0], x[1], x[2]};
   }
   template <typename T>
-  T fastest_rate_hz(const Vector<T, kStates>& x) const { return car.fastest_rate_hz(x[2]); }
+  T fastest_rate_hz(const Vector<T, kStates>& x) const {
+    return car.fastest_rate_hz(x[2]);
+  }
 
   // A fix or a speed alone says nothing of the rest.
   bool start_from(int output, double z, Vector<double, kStates>& x) const {

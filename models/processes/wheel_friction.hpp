@@ -39,7 +39,9 @@ struct WheelFriction {
     return {x[0], kGravity_mps2 * x[1]};
   }
   template <typename T>
-  T fastest_rate_hz(const Vector<T, kStates>& x) const { return wheel.fastest_rate_hz(x[0]); }
+  T fastest_rate_hz(const Vector<T, kStates>& x) const {
+    return wheel.fastest_rate_hz(x[0]);
+  }
 
   bool start_from(int output, double z, Vector<double, kStates>& x) const {
     if (output != 0) return false;

@@ -248,7 +248,8 @@ TEST(Kalman, ASensorWithoutNoiseIsRefused) {
   Scenario scenario;
   scenario.sensors = {{"position", "p_m", 10.0, {0.0, 0.0}}};
   try {
-    make_belief(LinearModel{}, scenario, Tuning{});
+    const Tuning tuning;
+    make_belief(LinearModel{}, scenario, tuning);
     FAIL() << "not refused";
   } catch (const Refusal& refusal) {
     EXPECT_STREQ(

@@ -89,10 +89,10 @@ TEST(NoHeap, StepsAllocateNothing) {
     const ParticleSettings settings{100, method, 0.5, true};
     const RandomStream random(1, 0, "estimator.pf");
     EXPECT_EQ(allocations_of_steps(*std::make_unique<ParticleFilter<LongitudinalFriction> >(belief(), settings, random)), 0);
-    EXPECT_EQ(allocations_of_steps(*std::make_unique<AuxiliaryParticleFilter<LongitudinalFriction> >(belief(), settings, random)),
-              0);
-    EXPECT_EQ(allocations_of_steps(*std::make_unique<RaoBlackwellisedFilter<LongitudinalFriction> >(belief(), settings, random)),
-              0);
+    EXPECT_EQ(
+        allocations_of_steps(*std::make_unique<AuxiliaryParticleFilter<LongitudinalFriction> >(belief(), settings, random)), 0);
+    EXPECT_EQ(
+        allocations_of_steps(*std::make_unique<RaoBlackwellisedFilter<LongitudinalFriction> >(belief(), settings, random)), 0);
   }
 
   for (const bool biases : {true, false}) {
