@@ -53,7 +53,7 @@ class AuxiliaryParticleFilter final : public ParticleEstimator<M> {
     auto& set = this->cloud_.set();
     const double *const before = set.log_weights(), *const after = set.new_log_weights();
     for (std::size_t i = 0; i < set.padded(); ++i) likelihood_[i] = after[i] - before[i];
-    const double effective = set.weigh(greatest);
+    const double effective = set.weigh(greatest, this->estimate_.mean);
     if (effective == 0.0) return nullptr;
     if (this->is_few(effective)) {
       this->cloud_.resample(&likelihood_);

@@ -11,13 +11,13 @@ namespace slipstream {
 
 namespace {
 constexpr double kReach = 4.0;  // sigma, on either side
-constexpr double kInner = 2.3;
+constexpr double kInner = 2.1;
 }  // namespace
 
 IntervalFinder::IntervalFinder(std::size_t most_particles)
-    : packs_((most_particles + kLanes - 1) / kLanes + 1), bucket_of_(packs_.size() * kLanes) {
-  low_.members.resize(bucket_of_.size());
-  high_.members.resize(bucket_of_.size());
+    : is_outer_((most_particles + kLanes - 1) / kLanes * kLanes), outer_(most_particles + 1), bucket_of_(most_particles) {
+  low_.members.resize(most_particles);
+  high_.members.resize(most_particles);
 }
 
 void IntervalFinder::fill(std::span<const double> x, std::span<const double> weight, double mean, double sigma, double inner) {
@@ -25,25 +25,27 @@ void IntervalFinder::fill(std::span<const double> x, std::span<const double> wei
     using P = PackOf<width, kLanes>;
     const double* const values = x.data();
     const std::size_t size = x.size();
-    const double centre = mean, beyond = inner * std::abs(inner),
-                 scale = static_cast<double>(kBuckets) / (2.0 * kReach * sigma);
-    std::uint32_t* const packs = packs_.data();
-    std::int32_t* const bucket_of = bucket_of_.data();
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < size; i += kLanes) {  // each is written, and stays where it counts
+    const P centre(mean), square(inner * std::abs(inner));
+    std::int32_t* const is_outer = is_outer_.data();
+    for (std::size_t i = 0; i < size; i += kLanes) {
       const P off = P::load(values + i) - centre;
-      const P bucket = off * scale + 0.5 * static_cast<double>(kBuckets);
-      min(max(bucket, 0.0), static_cast<double>(kBuckets) - 1.0).store_whole(bucket_of + count * kLanes);
-      packs[count] = static_cast<std::uint32_t>(i);
-      count += any_less(P(beyond), off * off) ? 1U : 0U;
+      select_less(square, off * off, 1.0, 0.0).store_whole(is_outer + i);
     }
-    pack_count_ = count;
   });
+  std::uint32_t count = 0;
+  for (std::uint32_t i = 0; i < x.size(); ++i) {  // each is written, and stays where it counts
+    outer_[count] = i;
+    count += static_cast<std::uint32_t>(is_outer_[i]);
+  }
+  outer_count_ = count;
   bucket_weight_.fill(0.0);
-  const double* const w = weight.data();
-  for (std::size_t p = 0; p < pack_count_; ++p)
-    for (std::size_t k = 0; k < kLanes; ++k)
-      bucket_weight_[static_cast<std::size_t>(bucket_of_[p * kLanes + k])] += w[packs_[p] + k];
+  const double scale = static_cast<double>(kBuckets) / (2.0 * kReach * sigma);
+  for (std::size_t o = 0; o < outer_count_; ++o) {
+    const double at = (x[outer_[o]] - mean) * scale + 0.5 * static_cast<double>(kBuckets);
+    const double within = at > 0.0 ? std::min(at, static_cast<double>(kBuckets) - 1.0) : 0.0;
+    bucket_of_[o] = static_cast<std::int32_t>(within);
+    bucket_weight_[static_cast<std::size_t>(bucket_of_[o])] += weight[outer_[o]];
+  }
 }
 
 std::pair<double, double> IntervalFinder::find(std::span<const double> x, std::span<const double> weight, double total,
@@ -70,16 +72,11 @@ std::pair<double, double> IntervalFinder::find(std::span<const double> x, std::s
 
 void IntervalFinder::gather(std::span<const double> x, std::span<const double> weight, std::int32_t low, std::int32_t high) {
   low_.count = high_.count = 0;
-  for (std::size_t p = 0; p < pack_count_; ++p) {
-    const std::int32_t* const bucket_of = bucket_of_.data() + p * kLanes;
-    std::int32_t any = 0;
-    for (std::size_t k = 0; k < kLanes; ++k) any |= (bucket_of[k] == low ? 1 : 0) | (bucket_of[k] == high ? 1 : 0);
-    if (any == 0) continue;
-    for (std::size_t k = 0, i = packs_[p]; k < kLanes && i < x.size(); ++k, ++i) {
-      if (!(weight[i] > 0.0)) continue;
-      if (bucket_of[k] == low) low_.members[low_.count++] = {x[i], weight[i]};
-      if (bucket_of[k] == high) high_.members[high_.count++] = {x[i], weight[i]};
-    }
+  for (std::size_t o = 0; o < outer_count_; ++o) {
+    const std::uint32_t i = outer_[o];
+    if (!(weight[i] > 0.0)) continue;
+    if (bucket_of_[o] == low) low_.members[low_.count++] = {x[i], weight[i]};
+    if (bucket_of_[o] == high) high_.members[high_.count++] = {x[i], weight[i]};
   }
 }
 

@@ -1,8 +1,8 @@
 // The credible interval of a weighted set: the values that leave a tail of the weight below and above.
 //
 // Exact. Buckets of equal width around mean +- 4 sigma are filled with the weights, which shows the two buckets that matter;
-// their members are sorted. Packs of 8 that lie within mean +- 2.3 sigma are passed over at first, since the ends of a 99 %
-// interval are rarely there: where one is, all are looked at. Linear, but for the members of the two buckets.
+// their members are sorted. What lies within mean +- 2.1 sigma is passed over at first, since the ends of a 99 % interval are
+// rarely there: where one is, all are looked at. Linear, but for the members of the two buckets.
 #pragma once
 
 #include <array>
@@ -34,16 +34,17 @@ class IntervalFinder {
     std::size_t count = 0;
   };
 
-  // Fills the buckets from the packs that have something beyond mean +- `inner`, and lists these.
+  // Lists what lies beyond mean +- `inner`, and fills the buckets with it; with all where `inner` is negative.
   void fill(std::span<const double> x, std::span<const double> weight, double mean, double sigma, double inner);
   // The members of the two buckets that matter.
   void gather(std::span<const double> x, std::span<const double> weight, std::int32_t low, std::int32_t high);
   // The first value of a bucket, in the tail's direction, whose weight with `passed` reaches `share`.
   static double pick(Bucket& bucket, double passed, double share, bool from_below);
 
-  std::vector<std::uint32_t> packs_;     // where each that was looked at begins
-  std::vector<std::int32_t> bucket_of_;  // of their members
-  std::size_t pack_count_ = 0;
+  std::vector<std::int32_t> is_outer_;   // of each particle: 1 or 0
+  std::vector<std::uint32_t> outer_;     // those that were looked at; one more, of no meaning
+  std::vector<std::int32_t> bucket_of_;  // of each of them
+  std::size_t outer_count_ = 0;
   std::array<double, kBuckets> bucket_weight_{};
   Bucket low_, high_;
 };

@@ -156,6 +156,7 @@ class MarginalisedCloud {
       for (int s = 0; s <= r; ++s, ++c) set_.column(c)[i] = covariance(r, s);
   }
   void pad() {
+    set_.touch();
     for (int c = 0; c < Set::kColumns; ++c) set_.repeat_last(set_.column(c));
   }
 

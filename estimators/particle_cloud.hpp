@@ -72,6 +72,7 @@ class ParticleCloud {
     const bool moves = ask.move && step.dt_s > 0.0;
     const bool moves_at_once = moves && !needs_divided_steps(step.dt_s);
     if (moves && !moves_at_once) move_in_divided_steps(u, step.dt_s);
+    set_.touch();
     State sigma = State::Zero();
     if (ask.disturb && step.dt_s > 0.0) {
       sigma = belief_.process_covariance(step.dt_s).cwiseMax(0.0).cwiseSqrt();

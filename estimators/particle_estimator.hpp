@@ -87,7 +87,7 @@ class ParticleEstimator : public GaussianEstimator<M> {
     }
     double effective = 0.0;
     if (left.measured != 0U) {
-      effective = cloud_.set().weigh(seen.greatest);
+      effective = cloud_.set().weigh(seen.greatest, this->estimate_.mean);
       if (effective == 0.0) status = EstimateStatus::kFallback;
       if constexpr (requires { cloud_.absorb(u, left); }) {
         if (effective > 0.0) cloud_.absorb(u, left);

@@ -12,8 +12,10 @@
 // Arulampalam et al., IEEE Trans. Signal Processing 50 (2002), algorithms 2 to 4.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "common/pack.hpp"
@@ -77,44 +79,52 @@ class ParticleSet {
   }
 
   void forget_weights() {
+    seen_.reset();
     even_ = true;
     total_ = 1.0;
   }
 
   // Takes over new_log_weights(), whose greatest is given, and returns N_eff. Log-weights that are not numbers get no weight.
-  // If all have vanished: 0, and the weights are as before.
-  double weigh(double greatest) {
+  // If all have vanished: 0, and the weights are as before. Moments are taken on the way, about `near`, for moments().
+  double weigh(double greatest, const State& near) {
+    seen_.reset();
     if (!std::isfinite(greatest)) return 0.0;
     double squares = 0.0;
+    Sums sums;
     with_widest([&](auto width) {
       using P = PackOf<width, kSumLanes>;
       const double* const l = new_log_weight_.data();
       double* const w = weight_.data();
       const std::size_t padded = padded_;
       const P most(greatest);
+      PackSums<P> of(x_.data(), padded, near);
       P sum(0.0), square(0.0);
       for (std::size_t i = 0; i < padded; i += kSumLanes) {
-        const P here = exp_single(max(P::load(l + i) - most, batch::kExpSingleLowest));
+        const P here = exp(max(P::load(l + i) - most, batch::kExpLowest));
         here.store(w + i);
         sum += here;
         square += here * here;
+        of.add(here, i);
       }
       total_ = sum_of(sum);
       squares = sum_of(square);
+      of.put(sums);
     });
     log_weight_.swap(new_log_weight_);
     greatest_ = greatest;
     even_ = false;
+    seen_ = finish(sums, near);
     return total_ * total_ / squares;
   }
 
-  // Mean and covariance; `near` is a value that should not be far off.
+  // Mean and covariance; `near` is a value that should not be far off. Those that weigh() saw where nothing has moved since.
   Moments moments(const State& near) const {
-    Moments at;
-    const double left = moments_about(near, at);
-    if (left < 1e-9) moments_about(at.mean, at);
-    return at;
+    Accuracy at = seen_ ? *seen_ : moments_about(near);
+    if (at.left < 1e-9) at = moments_about(at.moments.mean);
+    return at.moments;
   }
+  // Columns have been written to since the last weigh().
+  void touch() { seen_.reset(); }
 
   // Weights of sum 1, and their logarithms.
   void normalise() {
@@ -159,59 +169,85 @@ class ParticleSet {
       greatest = std::max(greatest, new_log_weight_[i]);
       for (int c = 0; lost && c < kColumns; ++c) column(c)[i] = column(c)[heaviest];
     }
-    const bool any = weigh(greatest) > 0.0;
+    const bool any = weigh(greatest, State::Zero()) > 0.0;
     normalise();
     return any;
   }
 
  private:
-  // Returns the least share of a second moment that is left as variance; 1 or more where there is none.
-  double moments_about(const State& near, Moments& at) const {
+  struct Sums {  // of w, about `near`
     double first[n], second[n][n];
-    const State centre = near;
-    with_widest([&](auto width) {
-      using P = PackOf<width, kSumLanes>;
-      const double* const x = x_.data();
-      const double* const w = weights();
-      const std::size_t padded = padded_;
-      P from[n];
-      for (int s = 0; s < n; ++s) from[s] = P(centre[s]);
-      P mean[n], product[n][n];
+  };
+  struct Accuracy {
+    Moments moments;
+    double left;  // the least share of a second moment that is left as variance
+  };
+
+  template <typename P>
+  class PackSums {
+   public:
+    PackSums(const double* x, std::size_t padded, const State& near) : x_(x), padded_(padded) {
       for (int s = 0; s < n; ++s) {
-        mean[s] = P(0.0);
-        for (int t = 0; t <= s; ++t) product[s][t] = P(0.0);
+        near_[s] = P(near[s]);
+        first_[s] = P(0.0);
+        for (int t = 0; t <= s; ++t) second_[s][t] = P(0.0);
       }
-      for (std::size_t i = 0; i < padded; i += kSumLanes) {
-        const P weight = P::load(w + i);
-        P d[n];
-        for (int s = 0; s < n; ++s) {
-          d[s] = P::load(x + static_cast<std::size_t>(s) * padded + i) - from[s];
-          const P weighted = weight * d[s];
-          mean[s] += weighted;
-          for (int t = 0; t <= s; ++t) product[s][t] += weighted * d[t];
-        }
-      }
-      for (int s = 0; s < n; ++s) {
-        first[s] = sum_of(mean[s]);
-        for (int t = 0; t <= s; ++t) second[s][t] = sum_of(product[s][t]);
-      }
-    });
-    const double scale = 1.0 / total_;
-    double left = 1.0;
-    for (int s = 0; s < n; ++s) {
-      at.mean[s] = centre[s] + first[s] * scale;
-      for (int t = 0; t <= s; ++t)
-        at.covariance(s, t) = at.covariance(t, s) = second[s][t] * scale - (first[s] * scale) * (first[t] * scale);
-      if (second[s][s] > 0.0) left = std::min(left, at.covariance(s, s) / (second[s][s] * scale));
     }
-    return left;
+    void add(const P& weight, std::size_t i) {
+      P d[n];
+      for (int s = 0; s < n; ++s) {
+        d[s] = P::load(x_ + static_cast<std::size_t>(s) * padded_ + i) - near_[s];
+        const P weighted = weight * d[s];
+        first_[s] += weighted;
+        for (int t = 0; t <= s; ++t) second_[s][t] += weighted * d[t];
+      }
+    }
+    void put(Sums& to) const {
+      for (int s = 0; s < n; ++s) {
+        to.first[s] = sum_of(first_[s]);
+        for (int t = 0; t <= s; ++t) to.second[s][t] = sum_of(second_[s][t]);
+      }
+    }
+
+   private:
+    const double* x_;
+    std::size_t padded_;
+    P near_[n], first_[n], second_[n][n];
+  };
+
+  Accuracy finish(const Sums& sums, const State& near) const {
+    Accuracy at;
+    const double scale = 1.0 / total_;
+    at.left = 1.0;
+    for (int s = 0; s < n; ++s) {
+      at.moments.mean[s] = near[s] + sums.first[s] * scale;
+      for (int t = 0; t <= s; ++t)
+        at.moments.covariance(s, t) = at.moments.covariance(t, s) =
+            sums.second[s][t] * scale - (sums.first[s] * scale) * (sums.first[t] * scale);
+      if (sums.second[s][s] > 0.0) at.left = std::min(at.left, at.moments.covariance(s, s) / (sums.second[s][s] * scale));
+    }
+    return at;
   }
 
-  std::size_t size_;       // N
-  std::size_t padded_;     // N and the lanes that fill the last pack
-  bool even_ = true;       // all particles have the same weight
-  double total_ = 1.0;     // sum of the weights
-  double greatest_ = 0.0;  // what was taken off the log-weights before the exponential
+  Accuracy moments_about(const State& near) const {
+    Sums sums;
+    with_widest([&](auto width) {
+      using P = PackOf<width, kSumLanes>;
+      const double* const w = weights();
+      const std::size_t padded = padded_;
+      PackSums<P> of(x_.data(), padded, near);
+      for (std::size_t i = 0; i < padded; i += kSumLanes) of.add(P::load(w + i), i);
+      of.put(sums);
+    });
+    return finish(sums, near);
+  }
+
+  std::size_t size_;              // N
+  std::size_t padded_;            // N and the lanes that fill the last pack
+  bool even_ = true;              // all particles have the same weight
+  double total_ = 1.0;            // sum of the weights
+  double greatest_ = 0.0;         // what was taken off the log-weights before the exponential
+  std::optional<Accuracy> seen_;  // by weigh()
   std::vector<double> x_;
   std::vector<double> moved_;  // as x_, while resampling
   std::vector<double> even_weight_, even_log_weight_;

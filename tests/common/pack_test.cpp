@@ -162,7 +162,7 @@ TEST(NormalDraws, HaveTheLawOfANormal) {
       product += a * b / kCount;
       squares += (a * a - 1.0) * (b * b - 1.0) / kCount;
     }
-    EXPECT_NEAR(product, 0.0, 4.0 * deviation) << lag;       // independent: variance 1
+    EXPECT_NEAR(product, 0.0, 4.0 * deviation) << lag;        // independent: variance 1
     EXPECT_NEAR(squares, 0.0, 4.0 * 2.0 * deviation) << lag;  // variance 4
   }
 }

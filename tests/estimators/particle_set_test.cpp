@@ -134,7 +134,7 @@ TEST(ParticleSet, WeightsOfVanishingLikelihoodsAreExact) {
   const std::vector<double> l{-1e6, -1e6 - std::log(3.0), -3e6, std::numeric_limits<double>::quiet_NaN()};
   std::copy(l.begin(), l.end(), set.new_log_weights());
   std::fill(set.new_log_weights() + 4, set.new_log_weights() + set.padded(), -std::numeric_limits<double>::infinity());
-  EXPECT_NEAR(set.weigh(-1e6), 1.0 / (0.75 * 0.75 + 0.25 * 0.25), 1e-9);
+  EXPECT_NEAR(set.weigh(-1e6, State1(0.0)), 1.0 / (0.75 * 0.75 + 0.25 * 0.25), 1e-9);
   set.normalise();
   const std::vector<double> w(set.weights(), set.weights() + 4);
   EXPECT_NEAR(w[0], 0.75, 1e-10);  // ulp of 1e6
@@ -142,7 +142,7 @@ TEST(ParticleSet, WeightsOfVanishingLikelihoodsAreExact) {
   EXPECT_EQ(w[2], 0.0);
   EXPECT_EQ(w[3], 0.0);
   EXPECT_NEAR(set.log_weights()[1], std::log(0.25), 1e-9);
-  EXPECT_EQ(set.weigh(-std::numeric_limits<double>::infinity()), 0.0);
+  EXPECT_EQ(set.weigh(-std::numeric_limits<double>::infinity(), State1(0.0)), 0.0);
   EXPECT_EQ(std::vector<double>(set.weights(), set.weights() + 4), w);
 }
 
@@ -151,12 +151,13 @@ TEST(ParticleSet, MomentsKeepTheirDigitsFarFromZero) {
   ParticleSet<2> set(3, Resampling::kSystematic);
   for (std::size_t i = 0; i < 3; ++i) {
     set.put(i, {1e6 + static_cast<double>(i), 5.0});
-    set.new_log_weights()[i] = i == 1 ? 0.0 : -std::log(2.0);
   }
-  std::fill(set.new_log_weights() + 3, set.new_log_weights() + set.padded(), -std::numeric_limits<double>::infinity());
   for (int c = 0; c < 2; ++c) set.repeat_last(set.column(c));
-  set.weigh(0.0);
   for (const double near : {0.0, 1e6, 1e6 + 1.0}) {
+    std::fill_n(set.new_log_weights(), 3, -std::log(2.0));
+    set.new_log_weights()[1] = 0.0;
+    std::fill(set.new_log_weights() + 3, set.new_log_weights() + set.padded(), -std::numeric_limits<double>::infinity());
+    set.weigh(0.0, {near, 5.0});
     const auto at = set.moments({near, 5.0});
     EXPECT_NEAR(at.mean[0], 1e6 + 1.0, 1e-9);  // ulp of 1e6
     EXPECT_NEAR(at.covariance(0, 0), 0.5, 1e-9);
@@ -171,7 +172,7 @@ TEST(ParticleSet, WhatIsNotFiniteIsReplacedByTheHeaviest) {
     set.new_log_weights()[i] = std::log(1.0 + static_cast<double>(i));
   }
   std::fill(set.new_log_weights() + 3, set.new_log_weights() + set.padded(), -std::numeric_limits<double>::infinity());
-  set.weigh(std::log(3.0));
+  set.weigh(std::log(3.0), State1(0.0));
   set.put(2, State1(std::numeric_limits<double>::quiet_NaN()));
   ASSERT_TRUE(set.replace_lost());
   EXPECT_EQ(set.column(0)[2], 1.0);

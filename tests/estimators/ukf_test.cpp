@@ -319,9 +319,6 @@ TEST(Ukf, FrictionOfTheUnimogIsAsGoodAsTheEkfs) {
 TEST(Ukf, ErrorsAreAsLargeAsItBelieves) {
   constexpr int kRuns = 60;
   Scenario scenario = shipped("point_mass");
-  // Steering held: estimators take what was sent as constant until the next, and while it moves they are not told all. That
-  // turns the heading by sixty times the deviation with which the filter is told to know it.
-  std::get<PointMass>(scenario.plant.vehicle).steering_rad = {0.01, 0.01, 0.01, 0.01};
   std::map<std::size_t, double> sum;  // of the steps looked at
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     scenario.run.seed = seed;

@@ -39,7 +39,7 @@ TEST(StudyReader, DefaultsAndOrder) {
 TEST(StudyReader, TheGridIsAProductOfWhichTheLastAxisTurnsFastest) {
   const TemporaryFolder folder;
   const std::string grid =
-      "[grid]\nsensor.forward_speed.noise_mps = [5, 2.5]\n\"vehicle.steering_rad\" = [[0, 0, 0, 0], [0.01, 0, 0, 0]]\n";
+      "[grid]\nsensor.forward_speed.noise_mps = [5, 2.5]\n\"vehicle.steering_rad\" = [[0], [0.01]]\n";
   const Study s = read_small(folder, small_study(grid));
   ASSERT_EQ(s.cases.size(), 4U);
   EXPECT_EQ(s.items(), 12U);

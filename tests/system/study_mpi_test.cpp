@@ -37,17 +37,24 @@ TEST(StudyMpi, AnyNumberOfRanks) {
 TEST(StudyMpi, KilledAndResumedWithOtherRanks) {
   if (!has_mpi()) GTEST_SKIP() << "no MPI: libopenmpi-dev, openmpi-bin";
   Bench bench;
-  const std::string file = write_study(bench, 1000), out = bench.path("out"), results = whole(bench, file);
+  const std::string file = write_study(bench, 3000), out = bench.path("out"), results = whole(bench, file);
   for (const int ranks : {2, 3}) {
     Process p = bench.run(mpirun(ranks) + Arguments{Bench::program("study-mpi"), file, "--out", out});
     ASSERT_TRUE(begun(out));
-    for (const pid_t pid : children_named("slipstream-study-mpi", out)) ::kill(pid, SIGKILL);
+    // Of an earlier round there are runs already: wait for this one's ranks.
+    std::vector<pid_t> all;
+    for (int tries = 0; tries < 500 && all.empty(); ++tries) {
+      all = children_named("slipstream-study-mpi", out);
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    ASSERT_FALSE(all.empty());
+    for (const pid_t pid : all) ::kill(pid, SIGKILL);
     EXPECT_NE(p.wait(), 0);
     EXPECT_EQ(survivors(out), "");
   }
   Process p = bench.run(mpirun(2) + Arguments{Bench::program("study-mpi"), file, "--out", out});
   expect_success(p);
-  EXPECT_TRUE(p.said(" of 1000 are finished already"));
+  EXPECT_TRUE(p.said(" of 3000 are finished already"));
   EXPECT_EQ(results_of(bench, "out"), results);
 }
 
