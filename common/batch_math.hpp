@@ -2,11 +2,13 @@
 // leaves calls to the C library scalar), with the same bits for every register's width and C library. Polynomials are summed by
 // parts that do not wait for each other (Estrin's scheme).
 //
-//   exp x = 2^k e^r,      r = x - k ln 2, |r| <= ln 2 / 2      Taylor series to r^13
-//   log x = k ln 2 + 2 artanh s,  s = (m - 1)/(m + 1), x = 2^k m, m in [sqrt 1/2, sqrt 2)      series to s^21
-//   sin, cos of 2 pi t:   quarter turns taken off, the rest in +-pi/4          Taylor series to the 17th and 16th power
+//   exp x = 2^k e^r,      r = x - k ln 2, |r| <= ln 2 / 2      1 + r + r^2 q(r), q of degree 9
+//   log x = k ln 2 + 2 artanh s,  s = (m - 1)/(m + 1), x = 2^k m, m in [sqrt 1/2, sqrt 2)      s + s^3 a(s^2), a of degree 6
+//   sin, cos of 2 pi t:   quarter turns taken off, the rest r in +-pi/4:   r + r^3 s(r^2), s of degree 5, and
+//                         1 - r^2/2 + r^4 c(r^2), c of degree 5
 //
-// The first term left out is below 1e-17 of the result: what remains is rounding, a few units in the last place.
+// The polynomials q, a, s and c interpolate their functions at Chebyshev's nodes, which leaves 2e-17 of the result at most.
+// What remains is rounding, a few units in the last place.
 // Abramowitz and Stegun, Handbook of Mathematical Functions (1964), 4.1.27, 4.2.1, 4.3.65, 4.3.66.
 #pragma once
 
@@ -21,7 +23,7 @@
 
 namespace slipstream::batch {
 
-// A register of so many numbers, its bits, and as many of single precision.
+// A register of so many numbers, its bits, and as many short numbers.
 template <int kWidth>
 struct Register;
 template <>
@@ -34,7 +36,6 @@ struct Register<2> {
   using Real [[gnu::vector_size(16)]] = double;
   using Bits [[gnu::vector_size(16)]] = std::uint64_t;
   using Single [[gnu::vector_size(8)]] = float;
-  using SingleBits [[gnu::vector_size(8)]] = std::uint32_t;
   using Whole [[gnu::vector_size(8)]] = std::int32_t;
 };
 template <>
@@ -42,7 +43,6 @@ struct Register<4> {
   using Real [[gnu::vector_size(32)]] = double;
   using Bits [[gnu::vector_size(32)]] = std::uint64_t;
   using Single [[gnu::vector_size(16)]] = float;
-  using SingleBits [[gnu::vector_size(16)]] = std::uint32_t;
   using Whole [[gnu::vector_size(16)]] = std::int32_t;
 };
 template <>
@@ -50,7 +50,6 @@ struct Register<8> {
   using Real [[gnu::vector_size(64)]] = double;
   using Bits [[gnu::vector_size(64)]] = std::uint64_t;
   using Single [[gnu::vector_size(32)]] = float;
-  using SingleBits [[gnu::vector_size(32)]] = std::uint32_t;
   using Whole [[gnu::vector_size(32)]] = std::int32_t;
 };
 
@@ -82,11 +81,12 @@ inline typename Register<kWidth>::Real exp_of(const typename Register<kWidth>::R
   const Real k = rounded - kRounder;
   const Real r = (x - k * kLn2High) - k * kLn2Low;
   const Real r2 = r * r, r4 = r2 * r2;
-  const Real low = (1.0 + r) + r2 * (0.5 + r * (1.0 / 6.0));
-  const Real middle = (1.0 / 24.0 + r * (1.0 / 120.0)) + r2 * (1.0 / 720.0 + r * (1.0 / 5040.0));
-  const Real high = (1.0 / 40320.0 + r * (1.0 / 362880.0)) + r2 * (1.0 / 3628800.0 + r * (1.0 / 39916800.0));
-  const Real last = 1.0 / 479001600.0 + r * (1.0 / 6227020800.0);
-  const Real e = low + r4 * (middle + r4 * (high + r4 * last));
+  const Real low = (1.0 + r) + r2 * (0.5000000000000001 + r * 0.16666666666666669);
+  const Real middle =
+      (0.041666666666624164 + r * 0.008333333333330065) + r2 * (0.0013888888917196719 + r * 0.00019841269863040545);
+  const Real high =
+      (2.4801521322368692e-5 + r * 2.7557268480310024e-6) + r2 * (2.7620075879983367e-7 + r * 2.5100375832561234e-8);
+  const Real e = low + r4 * (middle + r4 * high);
   const Bits scale = (std::bit_cast<Bits>(rounded) + std::uint64_t{1023}) << std::uint64_t{52};
   return e * std::bit_cast<Real>(scale);
 }
@@ -107,9 +107,9 @@ inline typename Register<kWidth>::Real log_of(const typename Register<kWidth>::R
   const Real s = (m - 1.0) / (m + 1.0);
   const Real z = s * s;
   const Real z2 = z * z, z4 = z2 * z2;
-  const Real low = (1.0 / 3.0 + z * (1.0 / 5.0)) + z2 * (1.0 / 7.0 + z * (1.0 / 9.0));
-  const Real high = (1.0 / 11.0 + z * (1.0 / 13.0)) + z2 * (1.0 / 15.0 + z * (1.0 / 17.0));
-  const Real a = low + z4 * (high + z4 * (1.0 / 19.0 + z * (1.0 / 21.0)));
+  const Real low = (0.33333333333333348 + z * 0.19999999999949752) + z2 * (0.14285714312987743 + z * 0.1111110556739754);
+  const Real high = (0.090914445626308613 + z * 0.07665860800278021) + z2 * 0.073082248425217031;
+  const Real a = low + z4 * high;
   const Real twice = 2.0 * s;
   return k * kLn2 + (twice + twice * (a * z));
 }
@@ -129,22 +129,15 @@ inline SinesCosines<kWidth> sines_cosines_of_turns(const typename Register<kWidt
   const Real rounded = 4.0 * t + kRounder;
   const Real r = (4.0 * t - (rounded - kRounder)) * kQuarter;
   const Real z = r * r;
-  Real s = z * (1.0 / 355687428096000.0) - 1.0 / 1307674368000.0;
-  s = s * z + 1.0 / 6227020800.0;
-  s = s * z - 1.0 / 39916800.0;
-  s = s * z + 1.0 / 362880.0;
-  s = s * z - 1.0 / 5040.0;
-  s = s * z + 1.0 / 120.0;
-  s = s * z - 1.0 / 6.0;
-  s = r + r * (s * z);
-  Real c = z * (1.0 / 20922789888000.0) - 1.0 / 87178291200.0;
-  c = c * z + 1.0 / 479001600.0;
-  c = c * z - 1.0 / 3628800.0;
-  c = c * z + 1.0 / 40320.0;
-  c = c * z - 1.0 / 720.0;
-  c = c * z + 1.0 / 24.0;
-  c = c * z - 0.5;
-  c = c * z + 1.0;
+  const Real z2 = z * z, z4 = z2 * z2;
+  const Real s_low =
+      (-0.16666666666666666 + z * 0.008333333333330948) + z2 * (-0.00019841269836758574 + z * 2.7557316102552439e-6);
+  const Real s_high = -2.5051131845003624e-8 + z * 1.5918129294866608e-10;
+  const Real s = r + r * (z * (s_low + z4 * s_high));
+  const Real c_low =
+      (0.041666666666666664 + z * -0.0013888888888887398) + z2 * (2.4801587298765689e-5 + z * -2.7557317271729793e-7);
+  const Real c_high = 2.0876146268403199e-9 + z * -1.1382632425521717e-11;
+  const Real c = (1.0 - 0.5 * z) + z2 * (c_low + z4 * c_high);
   // After q quarter turns sine and cosine have changed places q times, and signs as the quadrant says.
   const Bits q = std::bit_cast<Bits>(rounded);
   const Bits odd = std::uint64_t{0} - (q & std::uint64_t{1});
@@ -155,48 +148,5 @@ inline SinesCosines<kWidth> sines_cosines_of_turns(const typename Register<kWidt
 }
 using SineCosine = SinesCosines<1>;
 inline SineCosine sine_cosine_of_turns(double t) { return sines_cosines_of_turns<1>(t); }
-
-// The same in single precision, at a third of the cost, for numbers that need no more: six digits, and log to 1e-7.
-
-// For kExpSingleLowest <= x <= 88; 0 below -87.7.
-inline constexpr double kExpSingleLowest = -88.1;  // k is -127 here, whose bits make the scale 0
-template <int kWidth>
-inline typename Register<kWidth>::Real exp_single_of(const typename Register<kWidth>::Real& x) {
-  using Real = typename Register<kWidth>::Real;
-  using Single = typename Register<kWidth>::Single;
-  using Bits = typename Register<kWidth>::SingleBits;
-  constexpr float kSingleRounder = 0x1.8p23F;
-  constexpr float kLn2High = 0x1.63p-1F, kLn2Low = -0x1.bd0106p-13F;  // k times the first is exact
-  const Single y = __builtin_convertvector(x, Single);
-  const Single rounded = y * 1.442695041F + kSingleRounder;
-  const Single k = rounded - kSingleRounder;
-  const Single r = (y - k * kLn2High) - k * kLn2Low;
-  const Single r2 = r * r;
-  const Single low = (1.0F + r) + r2 * (0.5F + r * (1.0F / 6.0F));
-  const Single high = (1.0F / 24.0F + r * (1.0F / 120.0F)) + r2 * (1.0F / 720.0F + r * (1.0F / 5040.0F));
-  const Bits scale = (std::bit_cast<Bits>(rounded) + std::uint32_t{127}) << std::uint32_t{23};
-  const Single e = (low + (r2 * r2) * high) * std::bit_cast<Single>(scale);
-  return __builtin_convertvector(e, Real);
-}
-
-// For positive normal x of double precision.
-template <int kWidth>
-inline typename Register<kWidth>::Real log_single_of(const typename Register<kWidth>::Real& x) {
-  using Real = typename Register<kWidth>::Real;
-  using Bits = typename Register<kWidth>::Bits;
-  using Single = typename Register<kWidth>::Single;
-  constexpr double kLn2 = 0.6931471805599453;
-  constexpr std::uint64_t kOne = 0x3ff0000000000000ULL, kRootHalf = 0x3fe6a09e667f3bcdULL, kMantissa = 0x000fffffffffffffULL;
-  const Bits shifted = std::bit_cast<Bits>(x) + (kOne - kRootHalf);
-  const Bits exponent = (shifted >> std::uint64_t{52}) | std::uint64_t{0x4330000000000000ULL};
-  const Bits mantissa = (shifted & kMantissa) + kRootHalf;
-  const Real k = std::bit_cast<Real>(exponent) - (0x1.0p52 + 1023.0);
-  const Single f = __builtin_convertvector(std::bit_cast<Real>(mantissa) - 1.0, Single);
-  const Single s = f / (2.0F + f);
-  const Single z = s * s;
-  const Single a = (1.0F / 3.0F + z * (1.0F / 5.0F)) + (z * z) * (1.0F / 7.0F + z * (1.0F / 9.0F));
-  const Single twice = 2.0F * s;
-  return k * kLn2 + __builtin_convertvector(twice + twice * (z * a), Real);
-}
 
 }  // namespace slipstream::batch

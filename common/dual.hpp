@@ -70,9 +70,9 @@ struct Dual {
   friend constexpr bool operator==(const Dual& a, const Dual& b) { return a.value == b.value; }
 };
 
-// x inside [low, high], else the end that is nearer.
 // a < b ? yes : no, for scalars that are one number or several (pack.hpp).
 inline double select_less(double a, double b, double yes, double no) { return a < b ? yes : no; }
+// x inside [low, high], else the end that is nearer.
 inline double clamp(double x, double low, double high) { return x < low ? low : high < x ? high : x; }
 template <typename T, int N>
 Dual<T, N> clamp(const Dual<T, N>& x, double low, double high) {

@@ -62,8 +62,6 @@ class PackOf {
   friend PackOf sqrt(const PackOf& a) { return {sqrt(a.first_), sqrt(a.second_)}; }
   friend PackOf exp(const PackOf& a) { return {exp(a.first_), exp(a.second_)}; }
   friend PackOf log(const PackOf& a) { return {log(a.first_), log(a.second_)}; }
-  friend PackOf exp_single(const PackOf& a) { return {exp_single(a.first_), exp_single(a.second_)}; }
-  friend PackOf log_single(const PackOf& a) { return {log_single(a.first_), log_single(a.second_)}; }
   friend PackOf sin(const PackOf& a) { return {sin(a.first_), sin(a.second_)}; }
   friend PackOf cos(const PackOf& a) { return {cos(a.first_), cos(a.second_)}; }
 
@@ -133,8 +131,6 @@ class PackOf<kWidth, kWidth> {
   }
   friend PackOf exp(const PackOf& a) { return of(batch::exp_of<kWidth>(a.v_)); }
   friend PackOf log(const PackOf& a) { return of(batch::log_of<kWidth>(a.v_)); }
-  friend PackOf exp_single(const PackOf& a) { return of(batch::exp_single_of<kWidth>(a.v_)); }
-  friend PackOf log_single(const PackOf& a) { return of(batch::log_single_of<kWidth>(a.v_)); }
   friend PackOf sin(const PackOf& a) { return of(batch::sines_cosines_of_turns<kWidth>(a.v_ * kTurnsPerRad).sine); }
   friend PackOf cos(const PackOf& a) { return of(batch::sines_cosines_of_turns<kWidth>(a.v_ * kTurnsPerRad).cosine); }
 

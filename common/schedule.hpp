@@ -1,8 +1,6 @@
 // The instants of what happens at a fixed rate: the k-th is at round(k / rate) microseconds, so that no period drifts.
 #pragma once
 
-#include <cmath>
-
 #include "common/types.hpp"
 
 namespace slipstream {
@@ -11,7 +9,7 @@ namespace slipstream {
 class Schedule {
  public:
   explicit Schedule(double rate_hz) : rate_hz_(rate_hz) {}
-  Utime next() const { return static_cast<Utime>(std::llround(static_cast<double>(k_) / rate_hz_ / kSecondsPerUtime)); }
+  Utime next() const { return utime_of(static_cast<double>(k_) / rate_hz_); }
   void pass() { ++k_; }
 
  private:

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 
 namespace slipstream {
@@ -17,6 +18,8 @@ using Utime = std::int64_t;
 
 constexpr double kSecondsPerUtime = 1e-6;
 inline double seconds(Utime utime) { return static_cast<double>(utime) * kSecondsPerUtime; }
+// The nearest.
+inline Utime utime_of(double t_s) { return static_cast<Utime>(std::llround(t_s / kSecondsPerUtime)); }
 
 constexpr double kGravity_mps2 = 9.81;  // document 002, Table 3 and Table 15
 constexpr double kPi = 3.14159265358979323846;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -72,8 +71,6 @@ std::string name_of(NavigationEventKind kind) {
   return "clock";
 }
 
-Utime to_utime(double t_s) { return static_cast<Utime>(std::llround(t_s / kSecondsPerUtime)); }
-
 }  // namespace
 
 NavigationSession::NavigationSession(std::string name, std::int64_t run_id, const Scenario& scenario,
@@ -88,7 +85,7 @@ NavigationSession::NavigationSession(std::string name, std::int64_t run_id, cons
       imu_period_s_(1.0 / scenario.imu->rate_hz),
       process_(*filter_, noise_of(scenario, tuning), imu_period_s_, scenario.estimator.strapdown->gravity_mps2,
                gates_of(tuning.gate)),
-      history_(process_, capacity_for(scenario, tuning), to_utime(tuning.history_s)),
+      history_(process_, capacity_for(scenario, tuning), utime_of(tuning.history_s)),
       start_(frames_, *filter_, process_) {
   const Strapdown& model = *scenario.estimator.strapdown;
   const bool given = tuning.noise == "given";
@@ -97,7 +94,7 @@ NavigationSession::NavigationSession(std::string name, std::int64_t run_id, cons
     channels_[std::string(kGnss)] = {NavigationEventKind::kGnss, tuning.use_gnss};
     gnss_.l = frames_.in_imu_frame(model.gnss_position_m);
     gnss_.R = (given ? tuning.gnss_m : scenario.gnss->noise_m).cwiseAbs2().asDiagonal();
-    start_lag_ = std::max(start_lag_, to_utime(scenario.gnss->delay_s));
+    start_lag_ = std::max(start_lag_, utime_of(scenario.gnss->delay_s));
   }
   if (scenario.lidar) {
     channels_[std::string(kLidar)] = {NavigationEventKind::kLidar, tuning.use_lidar};
@@ -106,12 +103,12 @@ NavigationSession::NavigationSession(std::string name, std::int64_t run_id, cons
     lidar_offset_ = model.lidar_map_offset_m;
     const Vector3 variance = (given ? tuning.lidar_m : scenario.lidar->noise_m).cwiseAbs2();
     lidar_.R = lidar_map_ * variance.asDiagonal() * lidar_map_.transpose();
-    start_lag_ = std::max(start_lag_, to_utime(scenario.lidar->delay_s));
+    start_lag_ = std::max(start_lag_, utime_of(scenario.lidar->delay_s));
   }
   if (scenario.recorded)
     for (const RecordedGroup& g : scenario.recorded->groups)
-      if (g.quantity != kImu) start_lag_ = std::max(start_lag_, to_utime(g.lag_s));
-  start_lag_ = std::min(start_lag_, to_utime(tuning.history_s));
+      if (g.quantity != kImu) start_lag_ = std::max(start_lag_, utime_of(g.lag_s));
+  start_lag_ = std::min(start_lag_, utime_of(tuning.history_s));
 
   speed_.kind = NavigationMeasurement::kBodyVelocity;
   speed_.l = frames_.in_imu_frame(Vector3::Zero());
@@ -148,7 +145,7 @@ NavigationEvent NavigationSession::event_of(const Channel& channel, const Readin
   switch (channel.kind) {
     case NavigationEventKind::kImu:
       e.reading = {triple(0), triple(3)};
-      if (nonholonomic_alone_ && e.utime / kNonholonomicPeriod != (e.utime - to_utime(imu_period_s_)) / kNonholonomicPeriod) {
+      if (nonholonomic_alone_ && e.utime / kNonholonomicPeriod != (e.utime - utime_of(imu_period_s_)) / kNonholonomicPeriod) {
         e.measures = true;
         e.measurement = speed_;
         e.measurement.size = 2;
@@ -187,7 +184,7 @@ void NavigationSession::on_reading(const Reading& r) {
   if (found == channels_.end()) return;  // the model has no use for it
   Channel& c = found->second;
   if (const char* problem = problem_of(r.quantity, r.value)) return refuse(r.quantity, problem);
-  if (processed_ >= 0 && r.header.utime - processed_ > to_utime(kLongestGap_s))
+  if (processed_ >= 0 && r.header.utime - processed_ > utime_of(kLongestGap_s))
     return refuse(r.quantity, "its time is more than 30 s ahead of the run");
   const bool overtaken = c.seen && r.header.seq < c.next_seq;  // sent before one that is here: late, or there twice
   if (!c.seen && c.kind == NavigationEventKind::kImu && !running_)
@@ -211,14 +208,14 @@ void NavigationSession::on_tick(Utime utime) {
   std::size_t taken = 0;
   for (; taken < pending_.size() && pending_[taken].utime <= utime; ++taken) {
     // A start waits for what comes late; how late that is it learns, should the scenario not say.
-    if (!running_) start_lag_ = std::clamp(utime - pending_[taken].utime, start_lag_, to_utime(tuning_.history_s));
+    if (!running_) start_lag_ = std::clamp(utime - pending_[taken].utime, start_lag_, utime_of(tuning_.history_s));
     process(pending_[taken]);
   }
   pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(taken));
   if (!running_ && !waiting_.empty()) start_from_waiting(utime);
   // A silent IMU: the estimate goes on with the ticks.
   if (running_ && seconds(utime - history_.newest().held_since) > process_.hold_s() &&
-      utime - history_.newest().event.utime >= to_utime(imu_period_s_)) {
+      utime - history_.newest().event.utime >= utime_of(imu_period_s_)) {
     NavigationEvent clock;
     clock.utime = utime;
     process(clock);

@@ -173,7 +173,9 @@ class ParticleCloud {
       std::size_t row = 0;
       for (int s = 0; s < n; ++s)
         if (sigma[s] > 0.0) x[s] += sigma[s] * P::load(normal + row++ * padded + i);
-      for (int s = 0; s < n; ++s) zero += 0.0 * x[s];
+      P sum = x[0];
+      for (int s = 1; s < n; ++s) sum += x[s];
+      zero += 0.0 * sum;
       store(x, x_all, i, padded);
     }
     finite &= sum_of(zero) == 0.0;
@@ -196,7 +198,7 @@ class ParticleCloud {
       if constexpr (kRelative) {
         const P r = relative2 * (h * h) + absolute2;
         square /= r;
-        constant = log_single(r);
+        constant = log(r);
       } else {
         square *= precision;
       }

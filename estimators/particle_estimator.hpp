@@ -96,10 +96,13 @@ class ParticleEstimator : public GaussianEstimator<M> {
     this->innovation_.value = seen.innovation.value;
     this->innovation_.covariance = seen.innovation.covariance;
     summarise();
+    constexpr double kOthers = 1e-12;    // the weight of all but one particle: what they say of the spread is of no account
+    constexpr double kRounding = 1e-13;  // of a mean, relative: equal particles may differ from it by so much
+    const bool alone = Cloud::kIntervals && effective > 0.0 && effective < 1.0 + kOthers;
     for (int s = 0; s < n; ++s) {
-      constexpr double kRounding = 1e-13;  // of a mean, relative: equal particles may differ from it by so much
       const double rounding = kRounding * this->estimate_.mean[s];
-      if (this->estimate_.covariance(s, s) > rounding * rounding) continue;
+      if (!alone && this->estimate_.covariance(s, s) > rounding * rounding) continue;
+      if (alone) this->estimate_.covariance.row(s).setZero(), this->estimate_.covariance.col(s).setZero();
       this->estimate_.covariance(s, s) = this->belief_.process_covariance(step.dt_s)[s];
       status = EstimateStatus::kFallback;
     }

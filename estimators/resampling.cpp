@@ -14,7 +14,7 @@ Resampling resampling_named(const std::string& name) {
   return Resampling::kResidual;
 }
 
-// offspring_up_to(c): how many points lie below c, of N, where c = scale (w_1 + ... + w_i).
+// offspring_up_to(c): how many points lie below c, of N, where c = scale (w_1 + ... + w_i); with rounding N + 1 at most.
 //
 // Each particle leaves its mark where its offspring begin; those without offspring are overwritten by the next. Four sums at a
 // time, so that none waits for more than one before it; (a + b) + (c + d) keeps them ascending whatever the rounding.
@@ -23,12 +23,12 @@ void Resampler::place(std::span<const double> weight, double scale, const F& off
   const auto n = static_cast<std::int32_t>(weight.size());
   const double* const w = weight.data();
   std::uint32_t* const mark = mark_.data();
-  std::fill_n(mark, n + 1, 0U);
+  std::fill_n(mark, n + 2, 0U);
   double before = 0.0;
   std::int32_t begin = 0, i = 0;
   const auto end_at = [&](double c) {
     mark[begin] = static_cast<std::uint32_t>(i++);
-    begin = std::min(offspring_up_to(scale * c), n);
+    begin = offspring_up_to(scale * c);
   };
   while (i + 4 <= n) {
     const double a = w[i], ab = a + w[i + 1], abc = ab + w[i + 2], abcd = ab + (w[i + 2] + w[i + 3]);

@@ -15,6 +15,7 @@ namespace slipstream {
 
 // A model whose equations are a vehicle's own, given its parameters and inputs, may say so: kExactFor, the vehicle's name.
 // Every state that the vehicle names is then one of the model's, and they are all of them (tests/models/process_laws_test.cpp).
+// States that only process noise changes may be named, since that saves time: kConstant, std::array<bool, kStates>.
 
 template <typename M>
 concept ProcessModel = requires(const M model, Vector<double, M::kStates> x, Vector<double, M::kInputs> u) {

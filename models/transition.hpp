@@ -23,10 +23,17 @@ int transition_steps(const M& model, const Vector<double, M::kStates>& x, double
   return transition_steps(model.fastest_rate_hz(x), dt_s);
 }
 
+// The model's constants, or none.
+template <ProcessModel M>
+consteval std::array<bool, M::kStates> constant_states() {
+  if constexpr (requires { M::kConstant; }) return M::kConstant;
+  return {};
+}
+
 template <ProcessModel M, typename T>
 Vector<T, M::kStates> single_transition(const M& model, const Vector<T, M::kStates>& x, const Vector<double, M::kInputs>& u,
                                         double dt_s) {
-  return rk4_step([&](const Vector<T, M::kStates>& s) { return model.derivative(s, u); }, x, dt_s);
+  return rk4_step([&](const Vector<T, M::kStates>& s) { return model.derivative(s, u); }, x, dt_s, constant_states<M>());
 }
 
 // x+ = f(x, u, dt) for any scalar.

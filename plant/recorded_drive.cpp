@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "common/check.hpp"
@@ -14,8 +13,6 @@ namespace slipstream {
 namespace {
 
 constexpr double kLatest_s = 1e6;
-
-Utime to_utime(double t_s) { return static_cast<Utime>(std::llround(t_s * 1e6)); }
 
 }  // namespace
 
@@ -43,22 +40,22 @@ RecordedDrive::RecordedDrive(const RecordedStreams& streams, double duration_s) 
 
   std::sort(events_.begin(), events_.end(),
             [](const Event& a, const Event& b) { return a.utime != b.utime ? a.utime < b.utime : a.channel < b.channel; });
-  if (duration_s > 0.0) std::erase_if(events_, [last = to_utime(duration_s)](const Event& e) { return e.utime > last; });
+  if (duration_s > 0.0) std::erase_if(events_, [last = utime_of(duration_s)](const Event& e) { return e.utime > last; });
   if (events_.empty()) throw Refusal("recorded drive: nothing in it before the end of the run");
 }
 
 void RecordedDrive::add(const std::string& quantity, const std::vector<double>& time_s, const auto& value, int channel,
                         double lag_s) {
-  const Utime lag = to_utime(lag_s);
+  const Utime lag = utime_of(lag_s);
   SLIPSTREAM_CHECK(time_s.size() == value.size());
   for (std::size_t i = 0; i < time_s.size(); ++i) {
     if (!(time_s[i] >= 0.0 && time_s[i] <= kLatest_s))
       throw Refusal(
           fmt::format("recorded {}: time of sample {}: found {} s, expected from 0 to 1000000 s", quantity, i + 1, time_s[i]));
-    if (i > 0 && to_utime(time_s[i]) <= to_utime(time_s[i - 1]))
+    if (i > 0 && utime_of(time_s[i]) <= utime_of(time_s[i - 1]))
       throw Refusal(fmt::format("recorded {}: time of sample {}: found {} s after {} s, expected at least a microsecond more",
                                 quantity, i + 1, time_s[i], time_s[i - 1]));
-    if (to_utime(time_s[i]) >= lag) events_.push_back({to_utime(time_s[i]), channel, value[i], lag});
+    if (utime_of(time_s[i]) >= lag) events_.push_back({utime_of(time_s[i]), channel, value[i], lag});
   }
 }
 

@@ -23,12 +23,10 @@ namespace slipstream {
 
 namespace {
 
-Utime to_utime(double t_s) { return static_cast<Utime>(std::llround(t_s / kSecondsPerUtime)); }
-
 // Readings that were taken and are not yet published.
 class OnTheWay {
  public:
-  explicit OnTheWay(double delay_s) : delay_(to_utime(delay_s)) {}
+  explicit OnTheWay(double delay_s) : delay_(utime_of(delay_s)) {}
   void send(Utime now, const Values& value) { readings_.push_back({now, value}); }
   Utime next() const { return readings_.empty() ? std::numeric_limits<Utime>::max() : readings_.front().taken + delay_; }
   // The one whose time has come. A reading carries the time at which it was taken, or that at which it is published.
@@ -101,7 +99,7 @@ class SimulatedDrive final : public DriveSource {
         input_(scenario.plant.input_rate_hz),
         truth_(scenario.plant.truth_rate_hz),
         disturbance_(scenario.plant.process_noise, scenario.run.seed, "plant.process_noise"),
-        end_(to_utime(scenario.run.duration_s)) {
+        end_(utime_of(scenario.run.duration_s)) {
     if (!scenario.plant.process_noise.empty()) {
       disturbed_.emplace(scenario.plant.process_noise_rate_hz);
       disturbed_->pass();  // from the first period's end

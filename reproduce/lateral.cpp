@@ -23,7 +23,7 @@ constexpr std::size_t kDrawn[] = {0, 1, 2};
 double limit_r2(const Played& p, const std::string& output) {
   const Series& z = p.measured.at(output);
   std::vector<Utime> at;
-  for (const double t : z.t_s) at.push_back(static_cast<Utime>(std::llround(t / kSecondsPerUtime)));
+  for (const double t : z.t_s) at.push_back(utime_of(t));
   return score_state(z.value, truth_at_all(p.truth_utime, p.truth_of(output), at)).r2;
 }
 

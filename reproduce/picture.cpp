@@ -13,7 +13,7 @@ namespace {
 
 std::vector<Utime> as_utime(const std::vector<double>& t_s) {
   std::vector<Utime> utime;
-  for (const double t : t_s) utime.push_back(static_cast<Utime>(std::llround(t / kSecondsPerUtime)));
+  for (const double t : t_s) utime.push_back(utime_of(t));
   return utime;
 }
 

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "estimators/identification/recorded_runs.hpp"
 #include "models/vehicles/suspended_wheel.hpp"
@@ -23,7 +22,7 @@ StandRecord record_of(const Bench& bench, int seed) {
       play(bench.scenario("stand", {seed_is(seed), fmt::format("sensor.motor_current.bias_a={}", kResidual_a)}), {});
   StandRecord r;
   const Series& w = p.measured.at("wheel_speed_radps");
-  for (const double t : w.t_s) r.utime.push_back(static_cast<Utime>(std::llround(t / kSecondsPerUtime)));
+  for (const double t : w.t_s) r.utime.push_back(utime_of(t));
   r.wheel_speed_radps = w.value;
   r.current_a = p.measured.at("motor_current_a").value;
   return r;

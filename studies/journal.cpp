@@ -213,6 +213,11 @@ Journal::Journal(const std::string& folder, const Shard& shard)
   file_ = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0644);
   if (file_ < 0) throw Refusal(fmt::format("{}: cannot write: {}", path_, std::strerror(errno)));
   size_ = ::lseek(file_, 0, SEEK_END);
+  const int entries = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);  // the file's name, too, survives a power cut
+  if (entries < 0 || ::fsync(entries) != 0) {
+    // A file system without it.
+  }
+  if (entries >= 0) ::close(entries);
 }
 
 Journal::~Journal() {

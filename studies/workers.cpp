@@ -21,7 +21,9 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kInAdvance_s = 0.02;
 constexpr double kMostInAdvance = 256.0;
-constexpr std::chrono::milliseconds kSilence{5};  // of a process that has something to say
+constexpr std::chrono::milliseconds kSilence{5};  // of a process that has something to say, while its items are short
+constexpr std::chrono::milliseconds kShort{1};
+constexpr int kDeathsBetweenItems = 3;  // that are put up with
 constexpr std::size_t kNothing = static_cast<std::size_t>(-1);
 
 // Orders are items in binary. Words are "+ITEM LINE" and "-ITEM REASON".
@@ -35,6 +37,7 @@ int be_worker(const Workers::Work& work, std::atomic<std::size_t>& at, int order
     if (bytes <= 0) return 0;
     for (std::size_t i = 0; i < static_cast<std::size_t>(bytes) / sizeof items[0]; ++i) {
       at = items[i];
+      const Clock::time_point begun = Clock::now();
       try {
         unsaid += fmt::format("+{} {}\n", items[i], work(items[i]));
       } catch (const std::exception& e) {
@@ -43,9 +46,10 @@ int be_worker(const Workers::Work& work, std::atomic<std::size_t>& at, int order
         unsaid += fmt::format("-{} {}\n", items[i], reason);
       }
       at = kNothing;
-      if (Clock::now() - spoke < kSilence) continue;
+      const Clock::time_point now = Clock::now();
+      if (now - begun < kShort && now - spoke < kSilence) continue;
       say(words, std::exchange(unsaid, ""));
-      spoke = Clock::now();
+      spoke = now;
     }
   }
 }
@@ -119,14 +123,20 @@ void Workers::hear(Worker& worker, const std::string& line) {
   std::from_chars(line.data() + 1, line.data() + space, item);
   SLIPSTREAM_CHECK(!worker.under_way.empty() && worker.under_way.front() == item);
   worker.under_way.pop_front();
+  worker.deaths_between_items = 0;
   ++finished_;
   (line[0] == '+' ? hooks_.finished : hooks_.failed)(item, line.substr(space + 1));
 }
 
-// A process that has ended: what it was doing has failed, what it had in advance or had not said yet goes to others.
+// A process that has ended: what it was doing has failed, what it had in advance or had not said yet goes to others. One that
+// ends again and again between two items: the next has failed.
 void Workers::bury(Worker& worker) {
   const std::string reason = worker.child->end();
-  const std::size_t culprit = worker.at->item();
+  std::size_t culprit = worker.at->item();
+  if (culprit == kNothing && !worker.under_way.empty() && ++worker.deaths_between_items >= kDeathsBetweenItems) {
+    worker.deaths_between_items = 0;
+    culprit = worker.under_way.front();
+  }
   worker.child.reset();
   worker.unordered = 0;
   for (const std::size_t item : std::exchange(worker.under_way, {})) {

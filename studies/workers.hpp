@@ -51,6 +51,7 @@ class Workers {
     std::unique_ptr<SharedItem> at;     // what it is doing
     std::deque<std::size_t> under_way;  // in the order in which it does them
     std::size_t unordered = 0;          // the last of them, which it has not been told of yet
+    int deaths_between_items = 0;       // of its processes, since one finished an item
   };
 
   std::size_t depth() const;

@@ -75,7 +75,7 @@ std::vector<DriveRun> split_into_runs(const std::vector<double>& time_s, const s
       finish();
       continue;
     }
-    run.utime.push_back(static_cast<Utime>(std::llround(time_s[k] / kSecondsPerUtime)));
+    run.utime.push_back(utime_of(time_s[k]));
     run.input.push_back(input[k]);
     run.speed.push_back(speed[k]);
   }

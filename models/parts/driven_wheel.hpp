@@ -23,18 +23,20 @@ struct DrivenWheel {
     v.number("standstill_eps_radps", p.standstill_eps_radps, positive());
   }
 
-  // sgn(w): +-1 outside the standstill range, (3 s - s^3)/2 with s = w/eps inside.
+  // k sgn(w): +-k outside the standstill range, k (3 s - s^3)/2 with s = w/eps inside.
   template <typename T>
-  T rolling_direction(const T& w) const {
-    const T s = clamp((1.0 / standstill_eps_radps) * w, -1.0, 1.0);
-    return 0.5 * s * (3.0 - s * s);
+  T times_direction(double k, const T& w) const {
+    const double eps = standstill_eps_radps;
+    const T near = clamp(w, -eps, eps);
+    return near * (1.5 * k / eps - (0.5 * k / (eps * eps * eps)) * (near * near));
   }
 
   template <typename T>
   T acceleration_radps2(double torque_nm, const T& w, const T& mu) const {
-    const double grip_nm = quarter.normal_force_n() * quarter.wheel_radius_m;  // torque per unit of friction
-    return (1.0 / quarter.wheel_inertia_kgm2) *
-           (torque_nm - quarter.viscous_friction_nms * w - grip_nm * (mu + quarter.rolling_resistance * rolling_direction(w)));
+    const double per_torque = 1.0 / quarter.wheel_inertia_kgm2;
+    const double per_friction = quarter.normal_force_n() * quarter.wheel_radius_m * per_torque;
+    return (torque_nm * per_torque - per_friction * mu) - (quarter.viscous_friction_nms * per_torque) * w -
+           times_direction(quarter.rolling_resistance * per_friction, w);
   }
 
   // The fastest rate of w' around w, 1/s: bounds the length of a stable Runge-Kutta step.

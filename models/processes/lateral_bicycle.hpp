@@ -32,6 +32,7 @@ struct LateralBicycle {
   static constexpr std::array<Quantity, kOutputs> kOutputNames{{{"a_y_mps2", "m/s^2"}, {"yaw_rate_radps", "rad/s"}}};
 
   static constexpr std::array<bool, kStates> kLinear{true, true, false, true, true, false, false};
+  static constexpr std::array<bool, kStates> kConstant{false, false, false, false, false, true, true};
 
   SingleTrack track;
 

@@ -25,6 +25,7 @@ struct LongitudinalFriction {
   static constexpr std::array<Quantity, kOutputs> kOutputNames{{{"wheel_speed_radps", "rad/s"}, {"a_x_mps2", "m/s^2"}}};
 
   static constexpr std::array<bool, kStates> kLinear{false, false, true};
+  static constexpr std::array<bool, kStates> kConstant{false, false, true};
 
   DrivenWheel wheel;
   bool drag = true;

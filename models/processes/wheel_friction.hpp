@@ -22,6 +22,7 @@ struct WheelFriction {
   static constexpr std::array<Quantity, kOutputs> kOutputNames{{{"wheel_speed_radps", "rad/s"}, {"a_x_mps2", "m/s^2"}}};
 
   static constexpr std::array<bool, kStates> kLinear{false, true};
+  static constexpr std::array<bool, kStates> kConstant{false, true};
 
   DrivenWheel wheel;
 

@@ -18,6 +18,8 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <utility>
+#include <vector>
 
 #include "common/refusal.hpp"
 #include "io/command_line.hpp"
@@ -70,6 +72,29 @@ void send(int to, int tag, const std::string& bytes) {
   MPI_Send(bytes.data(), static_cast<int>(bytes.size()), MPI_CHAR, to, tag, MPI_COMM_WORLD);
 }
 
+// Orders that are on their way, one to a rank: it asks again when it has them. Rank 0 does not wait for who may be waiting for
+// it to take its words.
+class OrdersSent {
+ public:
+  explicit OrdersSent(int ranks) : under_way_(static_cast<std::size_t>(ranks)) {}
+  void send(int to, std::string bytes) {
+    auto& [order, request] = under_way_[static_cast<std::size_t>(to)];
+    MPI_Wait(&request, MPI_STATUS_IGNORE);
+    order = std::move(bytes);
+    MPI_Isend(order.data(), static_cast<int>(order.size()), MPI_CHAR, to, kOrders, MPI_COMM_WORLD, &request);
+  }
+  void wait() {
+    for (auto& [order, request] : under_way_) MPI_Wait(&request, MPI_STATUS_IGNORE);
+  }
+
+ private:
+  struct Order {
+    std::string bytes;
+    MPI_Request request = MPI_REQUEST_NULL;
+  };
+  std::vector<Order> under_way_;
+};
+
 void broadcast(std::string& text) {
   std::uint64_t size = text.size();
   MPI_Bcast(&size, 1, MPI_UINT64_T, 0, MPI_COMM_WORLD);
@@ -113,6 +138,7 @@ bool lead(const Study& study, Desk& desk, int jobs, int ranks) {
   Workers workers(jobs, work_of(study),
                   {[&](std::size_t item, const std::string& line) { desk.finished(item, line); },
                    [&](std::size_t item, const std::string& error) { desk.failed(item, error); }});
+  OrdersSent orders(ranks);
   int others = ranks - 1;
   for (bool more = true; more || others > 0 || !workers.is_idle();) {
     std::string words;
@@ -127,7 +153,7 @@ bool lead(const Study& study, Desk& desk, int jobs, int ranks) {
         if (!item) break;
         items.push_back(*item);
       }
-      if (asked > 0) send(from, kOrders, {reinterpret_cast<const char*>(items.data()), items.size() * sizeof items[0]});
+      if (asked > 0) orders.send(from, {reinterpret_cast<const char*>(items.data()), items.size() * sizeof items[0]});
     }
     while (more && workers.wanted() > 0) {
       const std::optional<std::size_t> item = desk.next();
@@ -139,6 +165,7 @@ bool lead(const Study& study, Desk& desk, int jobs, int ranks) {
     progress.show(desk.done(), desk.finished_here(), desk.all());
     if (interrupted()) break;
   }
+  if (!interrupted()) orders.wait();
   progress.clear();
   desk.close();
   return !interrupted();

@@ -10,17 +10,12 @@
 #include "common/random.hpp"
 #include "models/registry.hpp"
 #include "models/sensors/all.hpp"
+#include "models/transition.hpp"
 #include "tests/models/difference.hpp"
+#include "tests/support/alternatives.hpp"
 
 namespace slipstream {
 namespace {
-
-template <typename Variant>
-struct Alternatives;
-template <typename... Ts>
-struct Alternatives<std::variant<Ts...>> {
-  using Types = ::testing::Types<Ts...>;
-};
 
 template <typename M>
 class ProcessLaws : public ::testing::Test {
@@ -60,6 +55,14 @@ TYPED_TEST(ProcessLaws, DualJacobiansAreTheCentralDifferences) {
       const auto h = [&](const Vector<double, n>& p) { return this->model_.template output<double>(p, u); };
       EXPECT_LE(difference_error(h_x, central_difference<m, n>(h, x)), 1.0) << x.transpose();
     }
+}
+
+TYPED_TEST(ProcessLaws, ConstantsDoNotChange) {
+  constexpr std::array<bool, TypeParam::kStates> is_constant = constant_states<TypeParam>();
+  for (const auto& x : this->states())
+    for (const auto& u : this->inputs())
+      for (std::size_t i = 0; i < is_constant.size(); ++i)
+        if (is_constant[i]) EXPECT_EQ(this->model_.template derivative<double>(x, u)[static_cast<int>(i)], 0.0) << i;
 }
 
 TYPED_TEST(ProcessLaws, FiniteAtStandstillWithJacobianAndHessian) {

@@ -68,7 +68,7 @@ class TestDrive : public TestRun {
     double P = 1e-4;
     for (int i = 0; i <= steps; ++i) {
       const double t = i * dt;
-      header_ = {static_cast<Utime>(std::llround(t * 1e6)), i, kRun};
+      header_ = {utime_of(t), i, kRun};
       const Vector3 p = position(t);
       if (i > 0) {
         estimate += p - at + setup_.walk * std::sqrt(dt) * noise();

@@ -2,6 +2,7 @@
 #include "studies/workers.hpp"
 
 #include <gtest/gtest.h>
+#include <pthread.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -75,6 +76,18 @@ TEST(Workers, TheItemThatItWasDoingIsToBlame) {
 }
 
 // Side by side: as many processes as jobs take part when the items take long.
+// A machine without memory for processes may end each as it begins.
+bool g_ends_at_once = false;
+TEST(Workers, ProcessesThatEndBeforeTheyBeginAreNotStartedForEver) {
+  ASSERT_EQ(::pthread_atfork(nullptr, nullptr, [] { g_ends_at_once ? ::_exit(5) : void(); }), 0);
+  g_ends_at_once = true;
+  const Outcomes o = work_through(4, 2, [](std::size_t) { return std::string("well"); });
+  g_ends_at_once = false;
+  EXPECT_TRUE(o.lines.empty());
+  ASSERT_EQ(o.errors.size(), 4U);
+  for (const auto& [item, error] : o.errors) EXPECT_EQ(error, "its process ended with code 5") << item;
+}
+
 TEST(Workers, AllTakePart) {
   const Outcomes o = work_through(12, 3, [](std::size_t) {
     ::usleep(30'000);  // longer than what is ordered in advance
