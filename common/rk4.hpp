@@ -6,10 +6,11 @@
 
 namespace slipstream {
 
-template <typename T, int N, typename F>
-Vector<T, N> rk4_step(const F& f, const Vector<T, N>& x, double dt_s) {
+// H: double, or as many durations as T has lanes (pack.hpp).
+template <typename T, int N, typename F, typename H>
+Vector<T, N> rk4_step(const F& f, const Vector<T, N>& x, const H& dt_s) {
   // Element by element: Eigen's packets of a state written piece by piece stall.
-  const auto along = [&](const Vector<T, N>& k, double h) {
+  const auto along = [&](const Vector<T, N>& k, const H& h) {
     Vector<T, N> y;
     for (int i = 0; i < N; ++i) y[i] = x[i] + k[i] * h;
     return y;

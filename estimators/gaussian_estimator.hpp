@@ -60,6 +60,7 @@ class GaussianEstimator : public Estimator {
   Belief<M> belief_;
   Gaussian<M> estimate_{};
   Innovation<M> innovation_{};
+  double kkt_residual_ = -1.0;
 
  private:
   void start(const Gaussian<M>& at) {

@@ -30,8 +30,9 @@ struct DrivenWheel {
     return 0.5 * s * (3.0 - s * s);
   }
 
-  template <typename T>
-  T acceleration_radps2(double torque_nm, const T& w, const T& mu) const {
+  // U: a known torque, or one for each lane of T.
+  template <typename T, typename U>
+  T acceleration_radps2(const U& torque_nm, const T& w, const T& mu) const {
     const double grip_nm = quarter.normal_force_n() * quarter.wheel_radius_m;  // torque per unit of friction
     return (1.0 / quarter.wheel_inertia_kgm2) *
            (torque_nm - quarter.viscous_friction_nms * w - grip_nm * (mu + quarter.rolling_resistance * rolling_direction(w)));
