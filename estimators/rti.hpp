@@ -384,7 +384,7 @@ class RtiSingleShooting final : public RealTimeHorizon<M> {
     const int last = rows_.size() - 1;
     for (int r = 0; r < n; ++r) d[r] = box_.value(r);
     for (int i = 0; i <= last; ++i) {
-      double next[n];
+      double next[n] = {};
       if (i < last)
         for (int r = 0; r < n; ++r) {
           next[r] = line_.reach(i, r) - rows_(At::x + r, i + 1);

@@ -28,9 +28,9 @@ template <ProcessModel M>
 class WindowLinearisation {
  public:
   static constexpr int n = M::kStates, m = M::kOutputs;
-  static constexpr int kLanes = 8;
   using At = WindowLayout<M>;
   using Rows = typename At::Rows;
+  static constexpr int kLanes = Rows::kLanes;
 
   explicit WindowLinearisation(int most) : blocks_(static_cast<std::size_t>((most + kLanes) / kLanes + 1)) {}
 
