@@ -21,7 +21,8 @@ namespace slipstream {
 
 enum class Side : std::int8_t { kLower = -1, kFree = 0, kUpper = 1 };
 
-// P: bool solve(const Side*)            solves with these fixed; false if it cannot (not convex, or bounds that depend on others)
+// P: bool solve(const Side*)            solves with these fixed; false if it cannot (not convex). What cannot be fixed besides
+//                                    the others is left where it is, with a force that is out of all proportion
 //    double value(int j), force(int j)   of the last solution
 //    double lower(int j), upper(int j), slack(int j)   slack: by how much rounding may overstep
 class ActiveSet {
@@ -42,9 +43,12 @@ class ActiveSet {
   bool solve(P& problem, int count) {
     for (int round = 0; round < kQuickRounds; ++round) {
       if (!problem.solve(side_.data())) break;
-      if (!revise(problem, count)) return true;
+      if (!revise(problem, count)) {
+        if (optimal(problem, count)) return true;
+        break;
+      }
     }
-    return solve_dual(problem, count);
+    return solve_dual(problem, count) && optimal(problem, count);
   }
 
  private:
@@ -70,6 +74,15 @@ class ActiveSet {
       side(j) = next;
     }
     return changed;
+  }
+  // Bounds that depend on each other cannot always hold together, and rounding may have led either method astray.
+  template <typename P>
+  bool optimal(const P& problem, int count) const {
+    for (int j = 0; j < count; ++j) {
+      if (!(overstep(problem.value(j), problem.lower(j), problem.upper(j)) <= problem.slack(j))) return false;
+      if (side(j) != Side::kFree && !right(side(j), problem.force(j))) return false;
+    }
+    return true;
   }
   static bool right(Side side, double force) { return side == Side::kLower ? force >= 0.0 : force <= 0.0; }
 

@@ -39,6 +39,10 @@ class RealTimeHorizon : public GaussianEstimator<M> {
   using State = Vector<double, n>;
   using At = WindowLayout<M>;
 
+  int samples() const { return rows_.size(); }
+  // The present solution at sample i of the window, 0 the oldest.
+  State solution(int i) const { return state(i); }
+
  protected:
   RealTimeHorizon(const Belief<M>& belief, int window, const RtiSettings& settings)
       : GaussianEstimator<M>(belief), settings_(settings), window_(window), rows_(window + 2), line_(window + 2),

@@ -77,10 +77,7 @@ class WindowSweep {
     while (changed < count && side[changed] == applied_[static_cast<std::size_t>(changed)]) ++changed;
     if (changed < count) {
       std::copy(side, side + count, applied_.begin());
-      if (!forward<true>(changed / n, rows_.size())) {
-        applied_[0] = static_cast<Side>(2);  // none: everything is to be done again
-        return false;
-      }
+      forward<true>(changed / n, rows_.size());
     }
     backward();
     return true;
@@ -129,7 +126,7 @@ class WindowSweep {
   }
 
   template <bool kFixed>
-  bool forward(int from, int to) {
+  void forward(int from, int to) {
     const int last = rows_.size() - 1;
     double mean[n], p[n][n];
     {
@@ -160,13 +157,13 @@ class WindowSweep {
         for (int k = 0; k < n; ++k) {
           const Side side = applied_[static_cast<std::size_t>(i * n + k)];
           if (side == Side::kFree) continue;
-          // What the others leave of this component: nothing, and it cannot be fixed besides them.
-          if (!(p[k][k] > 1e-12 * s.covariance[k][k])) return false;
+          // Where the others leave nothing of this component, it cannot be moved; a small variance tells what would have to give.
+          const double variance = std::max(0.0, 1e-10 * s.covariance[k][k] - p[k][k]);
           const double bound = side == Side::kLower ? belief_.lower[k] : belief_.upper[k];
           double ph[n];
           for (int r = 0; r < n; ++r) ph[r] = p[r][k];
-          absorb([&](int c) { return c == k ? 1.0 : 0.0; }, bound - rows_(At::x + k, i) - mean[k], 0.0, 1.0 / p[k][k], ph, mean, p,
-                 s.hold_gain[k], s.hold_pull[k]);
+          absorb([&](int c) { return c == k ? 1.0 : 0.0; }, bound - rows_(At::x + k, i) - mean[k], variance, 1.0 / (p[k][k] + variance), ph, mean,
+                 p, s.hold_gain[k], s.hold_pull[k]);
         }
       }
       Stage& next = stages_[static_cast<std::size_t>(i) + 1];
@@ -194,7 +191,6 @@ class WindowSweep {
         for (int c = 0; c < n; ++c) next.covariance[r][c] = p[r][c];
       }
     }
-    return true;
   }
 
   void backward() {
