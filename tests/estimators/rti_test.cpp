@@ -7,10 +7,15 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <memory>
 #include <optional>
+#include <utility>
 
 #include "common/random.hpp"
 #include "estimators/ekf.hpp"
+#include "models/processes/lateral_bicycle.hpp"
+#include "models/processes/longitudinal_friction.hpp"
+#include "models/processes/point_mass_motion.hpp"
 #include "models/processes/wheel_friction.hpp"
 #include "tests/estimators/linear_model.hpp"
 
@@ -229,7 +234,6 @@ void compare(const Solver& solver, const std::optional<std::vector<Eigen::Vector
       tally.active += x == d.belief.lower[r] || x == d.belief.upper[r] ? 1 : 0;
     }
   tally.wrong += right ? 0 : 1;
-  if(!right) std::printf("WRONG exact %d size %d kkt %g\n",exact.has_value(),solver.samples(),p.kkt_residual);
 }
 
 void step(Estimator& e, const Sample& s) {
@@ -328,6 +332,266 @@ TEST(RealTimeIteration, RandomWindowsOfTheDocumentsFormAreExact) {
   EXPECT_GT(tally.active, tally.windows / 4);
   std::printf("%d windows: %d wrong, %d fallbacks, %d held components, at most %.1e apart\n", tally.windows, tally.wrong,
               tally.fallbacks, tally.active, tally.apart);
+}
+
+TEST(RealTimeIteration, WithoutBoundsOnALinearModelItIsTheKalmanFilter) {
+  Belief<LinearModel> b;  // takes no packs of inputs
+  b.noise = {{{0.0, 0.2}, {0.0, 0.5}}};
+  b.process_variance = {0.01, 0.1};
+  b.initial_mean = {1.0, -1.0};
+  b.initial_variance = {2.0, 3.0};
+  RtiMhe<LinearModel> mhe(b, 5);
+  Ekf<LinearModel> filter(b);
+  mhe.start_given();
+  filter.start_given();
+  RandomStream random(1003, 0, "drive");
+  for (int k = 0; k < 40; ++k) {
+    const Sample s{k == 0 ? 0.0 : 0.1, random.normal(), {random.normal(), random.normal()}, static_cast<std::uint32_t>(k % 4)};
+    step(mhe, s);
+    step(filter, s);
+    const Posterior p = mhe.posterior(), expected = filter.posterior();
+    ASSERT_EQ(p.status, EstimateStatus::kValid);
+    EXPECT_LT(p.kkt_residual, 1e-10);  // rounding: a quadratic program is solved in one step
+    for (std::size_t i = 0; i < 2; ++i) {
+      EXPECT_NEAR(p.mean[i], expected.mean[i], 1e-10);  // the ladder's bar for linear models
+      EXPECT_NEAR(p.innovation[i], expected.innovation[i], 1e-10);
+    }
+    for (std::size_t i = 0; i < 4; ++i) {
+      EXPECT_NEAR(p.covariance[i], expected.covariance[i], 1e-10);
+      EXPECT_NEAR(p.innovation_covariance[i], expected.innovation_covariance[i], 1e-10);
+    }
+  }
+}
+
+// Six unknowns, every start of the active set drawn at random: the sides that a wrong last step would have left behind.
+TEST(RealTimeIteration, TheActiveSetFindsTheSolutionFromAnyStart) {
+  constexpr int n = 6;
+  RandomStream random(1004, 0, "box");
+  int held = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    Eigen::MatrixXd root(n, n);
+    for (double& x : root.reshaped()) x = random.normal();
+    BoxProgram<n> box;
+    box.curvature = root * root.transpose() + 0.1 * Eigen::MatrixXd::Identity(n, n);
+    for (int k = 0; k < n; ++k) {
+      box.slope[k] = 3.0 * random.normal();
+      box.low[k] = -0.5 * random.uniform();
+      box.high[k] = 0.5 * random.uniform();
+    }
+    box.scale.setOnes();
+    DenseProgram dense;
+    dense.a = box.curvature;
+    dense.b = box.slope;
+    dense.rows = Eigen::MatrixXd::Identity(n, n);
+    dense.at = Eigen::VectorXd::Zero(n);
+    dense.low = box.low;
+    dense.high = box.high;
+    const Eigen::VectorXd exact = *dense.solve();
+    for (int start = 0; start < 20; ++start) {
+      ActiveSet set(n);
+      for (int k = 0; k < n; ++k) set.side(k) = static_cast<Side>(static_cast<int>(3.0 * random.uniform()) - 1);
+      ASSERT_TRUE(set.solve(box, n));
+      for (int k = 0; k < n; ++k) {
+        EXPECT_NEAR(box.value(k), exact[k], 1e-9);  // rounding times a condition number of some thousands
+        held += set.side(k) == Side::kFree ? 0 : 1;
+      }
+    }
+  }
+  EXPECT_GT(held, 1200);  // a sixth of all: there was something to find
+}
+
+TEST(RealTimeIteration, AProgramThatIsNotConvexIsRefused) {
+  BoxProgram<2> box;
+  box.curvature << 1.0, 1.0, 1.0, 1.0;  // singular: x_0 + x_1 is all that it knows
+  box.slope << 1.0, 0.0;
+  box.low.setConstant(-kInfinity);
+  box.high.setConstant(kInfinity);
+  box.scale.setOnes();
+  ActiveSet set(2);
+  EXPECT_FALSE(set.solve(box, 2));
+}
+
+Belief<WheelFriction> unimog_belief() {
+  Belief<WheelFriction> b;
+  b.noise = {{{0.05, 0.0}, {0.05, 0.0}}};
+  b.process_variance = {1e-3, 5e-4};
+  b.initial_mean = {0.5, 0.0};
+  b.initial_variance = {1e-2, 0.04};
+  b.lower = {-1.0, -1.2};
+  b.upper = {400.0, 1.2};
+  return b;
+}
+
+EstimateStatus wheel_step(Estimator& e, bool first, double w, double a, std::uint32_t measured = 3U) {
+  const std::array<double, 1> u{1700.0};
+  const std::array<double, 2> z{w, a};
+  e.step({first ? 0.0 : 0.01, u, z, measured});
+  return e.posterior().status;
+}
+
+TEST(RealTimeIteration, DataBeyondAllNumbersAreNotPublishedAsValid) {
+  for (const double bad : {1e200, 1e308, kInfinity, -kInfinity, kNan})
+    for (const bool single : {false, true})
+      for (const int output : {0, 1}) {
+        const std::unique_ptr<Estimator> e =
+            single ? std::unique_ptr<Estimator>(std::make_unique<RtiSingleShooting<WheelFriction>>(
+                         unimog_belief(), 4, Eigen::Vector2d(1e4, 1e5)))
+                   : std::make_unique<RtiMhe<WheelFriction>>(unimog_belief(), 4);
+        e->start_given();
+        EXPECT_EQ(wheel_step(*e, true, 0.5, 1.2), EstimateStatus::kValid);
+        EXPECT_EQ(wheel_step(*e, false, 0.5, 1.2), EstimateStatus::kValid);
+        const EstimateStatus status = wheel_step(*e, false, output == 0 ? bad : 0.5, output == 1 ? bad : 1.2);
+        // A finite one, however large, pulls a state to its bound, which may be a solution like any other.
+        const Posterior p = e->posterior();
+        EXPECT_TRUE(status != EstimateStatus::kValid || (std::isfinite(bad) && p.mean[0] <= 400.0 && p.mean[1] <= 1.2)) << bad;
+        // What was not measured is not read.
+        e->start_given();
+        EXPECT_EQ(wheel_step(*e, true, output == 0 ? bad : 0.5, output == 1 ? bad : 1.2, output == 0 ? 2U : 1U),
+                  EstimateStatus::kValid);
+        EXPECT_EQ(wheel_step(*e, false, 0.5, 1.2), EstimateStatus::kValid);
+      }
+}
+
+// Nothing measured: the prediction, with the filter's growing covariance; without a weight on the arrival there is no solution.
+TEST(RealTimeIteration, AWindowThatIsNotObservable) {
+  RtiMhe<WheelFriction> mhe(unimog_belief(), 4);
+  RtiSingleShooting<WheelFriction> blind(unimog_belief(), 4, Eigen::Vector2d::Zero());
+  Ekf<WheelFriction> filter(unimog_belief());
+  for (Estimator* e : std::initializer_list<Estimator*>{&mhe, &blind, &filter}) e->start_given();
+  for (int k = 0; k < 12; ++k) {
+    EXPECT_EQ(wheel_step(mhe, k == 0, kNan, kNan, 0U), EstimateStatus::kValid);
+    EXPECT_EQ(wheel_step(blind, k == 0, kNan, kNan, 0U), EstimateStatus::kFallback);
+    wheel_step(filter, k == 0, kNan, kNan, 0U);
+    EXPECT_TRUE(std::isnan(blind.posterior().kkt_residual));
+    for (const Estimator* e : {static_cast<const Estimator*>(&mhe), static_cast<const Estimator*>(&blind)})
+      for (std::size_t i = 0; i < 2; ++i) {
+        EXPECT_NEAR(e->posterior().mean[i], filter.posterior().mean[i], 1e-12);  // rounding
+        EXPECT_NEAR(e->posterior().covariance[3 * i], filter.posterior().covariance[3 * i], 1e-12);
+      }
+  }
+}
+
+// The wheel runs into standstill, where its rolling resistance changes sign: not linear. The cost as the document's reader would
+// write it, in the states alone; its slope by differences must vanish where no bound holds and push outwards where one does.
+TEST(RealTimeIteration, ConditionsOfOptimalityHoldAsRecomputed) {
+  Belief<LongitudinalFriction> b;
+  b.noise = {{{0.0, 0.4}, {0.0, 0.06}}};
+  b.process_variance = {1e-2, 1e-3, 5e-4};
+  b.initial_mean = {20.0, 10.4, 0.1};
+  b.initial_variance = {0.05, 0.01, 0.01};
+  b.upper[2] = 0.11;
+  constexpr int kSteps = 12;
+  RtiMhe<LongitudinalFriction> mhe(b, kSteps, kToConvergence);
+  mhe.start_given();
+  RandomStream random(1005, 0, "drive");
+  std::vector<Sample> samples;
+  for (int k = 0; k < kSteps; ++k) {
+    samples.push_back({k == 0 ? 0.0 : 0.01 + 0.004 * (k % 3), 1800.0 - 5.0 * k, {20.0 + 0.4 * random.normal(), 1.3}, k % 4 == 2 ? 1U : 3U});
+    const Sample& s = samples.back();
+    const std::array<double, 1> u{s.u};
+    mhe.step({s.dt_s, u, s.z, s.measured});
+  }
+  ASSERT_EQ(mhe.posterior().status, EstimateStatus::kValid);
+  EXPECT_LE(mhe.posterior().kkt_residual, 1e-8);
+  const auto cost = [&](const std::vector<Eigen::Vector3d>& x) {
+    double sum = 0.0;
+    for (int r = 0; r < 3; ++r) sum += 0.5 * std::pow(x[0][r] - b.initial_mean[r], 2) / b.initial_variance[r];
+    for (std::size_t k = 0; k < x.size(); ++k) {
+      const Sample& s = samples[k];
+      const Eigen::Vector2d h(x[k][0], 9.81 * x[k][2] - 0.5 * 1.2 * 0.6 * 5.6 / 2000.0 * x[k][1] * x[k][1]);
+      for (unsigned i = 0; i < 2; ++i)
+        if ((s.measured >> i & 1U) != 0U) sum += 0.5 * std::pow((s.z[i] - h[i]) / b.noise[i].absolute, 2);
+      if (k == 0) continue;
+      const Eigen::Vector3d way = x[k] - transition(b.model, x[k - 1], Vector<double, 1>(s.u), s.dt_s);
+      for (int r = 0; r < 3; ++r) sum += 0.5 * way[r] * way[r] / (b.process_variance[r] * s.dt_s);
+    }
+    return sum;
+  };
+  std::vector<Eigen::Vector3d> x;
+  for (int i = 0; i < kSteps; ++i) x.emplace_back(mhe.solution(i));
+  int held = 0;
+  for (std::size_t k = 0; k < kSteps; ++k)
+    for (int r = 0; r < 3; ++r) {
+      const double sigma = std::sqrt(mhe.posterior().covariance[static_cast<std::size_t>(4 * r)]), step = 1e-3 * sigma;
+      std::vector<Eigen::Vector3d> up = x, down = x;
+      up[k][r] += step;
+      down[k][r] -= step;
+      const double slope = (cost(up) - cost(down)) / (2e-3);  // for a move of one standard deviation
+      if (x[k][r] == b.upper[r]) {
+        ++held;
+        EXPECT_LE(slope, 1e-6);
+      } else {
+        EXPECT_NEAR(slope, 0.0, 1e-6) << k << " " << r;  // differences of a cost near 1e2 with steps of 1e-3: 1e-11 by rounding
+        EXPECT_LE(x[k][r], b.upper[r]);
+      }
+    }
+  EXPECT_GT(held, 2);
+}
+
+// Packs of samples give what each sample gives by itself, and the same bits whatever the processor's registers.
+template <typename M>
+void expect_same_linearisation(const M& model, const Vector<double, M::kStates>& near, const Vector<double, M::kStates>& spread,
+                               const Vector<double, M::kInputs>& input) {
+  using At = WindowLayout<M>;
+  constexpr int n = M::kStates, kSamples = 21;
+  typename At::Rows rows(kSamples);
+  RandomStream random(1006, 0, "points");
+  for (int i = 0; i < kSamples; ++i) {
+    rows.push();
+    for (int r = 0; r < n; ++r) rows(At::x + r, i) = near[r] + spread[r] * random.normal();
+    for (int r = 0; r < M::kInputs; ++r) rows(At::u + r, i) = input[r] * random.normal();
+    rows(At::dt, i) = i == 11 ? 0.5 : 0.01 + 1e-3 * i;  // one that may need more than one Runge-Kutta step
+  }
+  WindowLinearisation<M> line(kSamples);
+  std::vector<double> first;
+  for (const int width : {2, 4, 8}) {
+    const int before = std::exchange(widest_detail::at_most, width);
+    line.evaluate(model, rows);
+    widest_detail::at_most = before;
+    std::vector<double> all;
+    for (int i = 0; i < kSamples; ++i) {
+      Vector<double, n> x, to;
+      Vector<double, M::kInputs> u, u_next;
+      Matrix<double, n> f;
+      for (int r = 0; r < n; ++r) x[r] = rows(At::x + r, i);
+      for (int r = 0; r < M::kInputs; ++r) u[r] = rows(At::u + r, i);
+      if (i + 1 < kSamples) {
+        for (int r = 0; r < M::kInputs; ++r) u_next[r] = rows(At::u + r, i + 1);
+        transition_and_jacobian(model, x, u_next, rows(At::dt, i + 1), to, f);
+        for (int r = 0; r < n; ++r) {
+          const double size = 1.0 + std::abs(to[r]);
+          EXPECT_NEAR(line.reach(i, r), to[r], 1e-12 * size) << M::kName << i;  // rounding: other sines
+          for (int c = 0; c < n; ++c)
+            EXPECT_NEAR(line.f(i, r, c), f(r, c), 1e-12 * (1.0 + std::abs(f(r, c)))) << M::kName << i;
+          all.push_back(line.reach(i, r));
+        }
+      }
+      Vector<double, M::kOutputs> z;
+      Matrix<double, M::kOutputs, n> h;
+      value_and_jacobian<M::kOutputs>([&](const auto& s) { return model.output(s, u); }, x, z, h);
+      for (int k = 0; k < M::kOutputs; ++k) {
+        EXPECT_NEAR(line.output(i, k), z[k], 1e-12 * (1.0 + std::abs(z[k])));
+        for (int c = 0; c < n; ++c) EXPECT_NEAR(line.h(i, k, c), h(k, c), 1e-12 * (1.0 + std::abs(h(k, c))));
+        all.push_back(line.output(i, k));
+      }
+    }
+    if (first.empty()) first = all;
+    EXPECT_EQ(all, first) << width;
+  }
+}
+
+TEST(RealTimeIteration, SeveralSamplesAtOnceAreLinearisedAsOne) {
+  WheelFriction wheel;
+  wheel.wheel.quarter.viscous_friction_nms = 5.0;
+  expect_same_linearisation(wheel, {0.05, 0.1}, {0.1, 0.1}, Vector<double, 1>(1000.0));  // across standstill
+  LongitudinalFriction longitudinal{wheel.wheel};
+  longitudinal.rolling_rate_hz = 0.3;
+  expect_same_linearisation(longitudinal, {0.0, 0.0, 0.1}, {1.0, 3.0, 0.1}, Vector<double, 1>(1000.0));
+  Vector<double, 7> near, spread;
+  near << 0.0, 0.3, 1.0, 2.0, 3.0, 18.0, 20.0;
+  spread << 0.1, 0.3, 2.0, 1.0, 1.0, 1.0, 1.0;
+  expect_same_linearisation(LateralBicycle{}, near, spread, {0.1, 40.0});
+  expect_same_linearisation(PointMassMotion{}, {0.0, 0.0, 15.0, 1.0}, {10.0, 10.0, 3.0, 1.0}, {1.0, 0.1});  // one by one
 }
 
 }  // namespace
