@@ -21,6 +21,7 @@
 #include <limits>
 
 #include "estimators/gaussian_estimator.hpp"
+#include "estimators/window_condensation.hpp"
 #include "estimators/window_sweep.hpp"
 
 namespace slipstream {
@@ -109,20 +110,6 @@ class RealTimeHorizon : public GaussianEstimator<M> {
 
  private:
   std::vector<double> kept_;
-};
-
-// The largest of many magnitudes; not a number if one of them is not.
-class Largest {
- public:
-  void add(double x) {
-    const double size = std::abs(x);
-    most_ = size > most_ ? size : most_;
-    sum_ += size;
-  }
-  double value() const { return std::isfinite(sum_) ? most_ : std::numeric_limits<double>::quiet_NaN(); }
-
- private:
-  double most_ = 0.0, sum_ = 0.0;
 };
 
 // Mhe (mhe.hpp) by real-time iteration: multiple shooting with process noise.
@@ -232,7 +219,8 @@ class BoxProgram {
     }
     for (int k = 0; k < n; ++k)
       if (side[k] != Side::kFree) a(k, k) = curvature(k, k), b[k] = curvature(k, k) * (side[k] == Side::kLower ? low[k] : high[k]);
-    if (!solve_positive(a, b)) return false;
+    if (!factorise(a)) return false;
+    substitute(a, b);
     for (int k = 0; k < n; ++k)
       if (side[k] != Side::kFree) b[k] = side[k] == Side::kLower ? low[k] : high[k];
     step_ = b;
@@ -248,35 +236,39 @@ class BoxProgram {
   double upper(int j) const { return high[j]; }
   double slack(int j) const { return 1e-9 * scale[j]; }
 
-  // b := a^-1 b by a = L D L'; false where a pivot is lost in rounding. a is overwritten with the factors.
-  static bool solve_positive(Matrix<double, n>& a, Vector<double, n>& b) {
+  // a := L, 1/D of a = L D L' in the lower triangle and the diagonal; false where a pivot is lost in rounding.
+  static bool factorise(Matrix<double, n>& a) {
+    double d[n];
     for (int c = 0; c < n; ++c) {
-      const double before = a(c, c);
-      for (int k = 0; k < c; ++k) a(c, c) -= a(c, k) * a(c, k) * a(k, k);
-      if (!(a(c, c) > 1e-13 * before)) return false;
-      const double inverse = 1.0 / a(c, c);
+      d[c] = a(c, c);
+      for (int k = 0; k < c; ++k) d[c] -= a(c, k) * a(c, k) * d[k];
+      if (!(d[c] > 1e-13 * a(c, c))) return false;
+      a(c, c) = 1.0 / d[c];
       for (int r = c + 1; r < n; ++r) {
-        for (int k = 0; k < c; ++k) a(r, c) -= a(r, k) * a(c, k) * a(k, k);
-        a(r, c) *= inverse;
+        for (int k = 0; k < c; ++k) a(r, c) -= a(r, k) * a(c, k) * d[k];
+        a(r, c) *= a(c, c);
       }
-      for (int k = 0; k < c; ++k) b[c] -= a(c, k) * b[k];
     }
-    for (int c = 0; c < n; ++c) b[c] /= a(c, c);
-    for (int c = n - 1; c >= 0; --c)
-      for (int r = c + 1; r < n; ++r) b[c] -= a(r, c) * b[r];
     return true;
+  }
+  // b := a^-1 b with the factors of a.
+  static void substitute(const Matrix<double, n>& factors, Vector<double, n>& b) {
+    for (int c = 0; c < n; ++c)
+      for (int k = 0; k < c; ++k) b[c] -= factors(c, k) * b[k];
+    for (int c = 0; c < n; ++c) b[c] *= factors(c, c);
+    for (int c = n - 1; c >= 0; --c)
+      for (int r = c + 1; r < n; ++r) b[c] -= factors(r, c) * b[r];
   }
 
  private:
   Vector<double, n> step_, force_;
 };
 
-// MheSingleShooting (mhe.hpp) by real-time iteration: the document's form, without process noise, condensed to x_0.
+// MheSingleShooting (mhe.hpp) by real-time iteration: the document's form, without process noise, condensed to x_0
+// (window_condensation.hpp) and the arrival cost added. The covariance published is Phi_N A^-1 Phi_N'.
 //
-//   d_i = Phi_i d_0 + c_i,   Phi_i+1 = F_i Phi_i,   c_i+1 = F_i c_i + f(x_i) - x_i+1
-//   A = S + sum_i (H_i Phi_i)' V (H_i Phi_i),   b = S (x+ - x_0) + sum_i (H_i Phi_i)' V (e_i - H_i c_i)
-//
-// The covariance published is Phi_N A^-1 Phi_N'.
+// What is summed over the samples that stay is summed when their linearisation is new, at the end of a step: it gives the KKT
+// residual of this one, and the next has only its own sample to add.
 template <ProcessModel M>
 class RtiSingleShooting final : public RealTimeHorizon<M> {
   using Base = RealTimeHorizon<M>;
@@ -288,7 +280,7 @@ class RtiSingleShooting final : public RealTimeHorizon<M> {
 
   // The belief's measurement noise must be 1/V. arrival_weight: the diagonal of S.
   RtiSingleShooting(const Belief<M>& belief, int window, const State& arrival_weight, const RtiSettings& settings = {})
-      : Base(belief, window, settings), arrival_weight_(arrival_weight), bounds_(n) {}
+      : Base(belief, window, settings), arrival_weight_(arrival_weight), sums_(window + 2), bounds_(n) {}
 
   void step(const StepInput& step) override {
     this->append(step);
@@ -296,24 +288,29 @@ class RtiSingleShooting final : public RealTimeHorizon<M> {
     if (this->full()) {
       for (int r = 0; r < n; ++r) arrival_[r] = line_.reach(0, r);
       this->drop_oldest();
+      sums_.slide();
     }
     this->weigh(step, this->estimate_.covariance);
     this->keep();
+    sums_.append(rows_, line_);
     this->kkt_residual_ = std::numeric_limits<double>::quiet_NaN();
     for (int programs = 1;; ++programs) {
-      condense();
-      if (!bounds_.solve(box_, n)) break;
+      if (!solve()) break;
+      for (int r = 0; r < n; ++r)
+        for (int c = 0; c < n; ++c) phi_(r, c) = sums_.phi(r, c);
       take_step();
-      this->kkt_residual_ = residual();
+      this->kkt_residual_ = condense(staying());
       const bool enough = this->kkt_residual_ <= settings_.enough;
       if (enough || programs == settings_.most_programs) {
         if (!(this->kkt_residual_ <= settings_.acceptable)) break;
         publish();
         return;
       }
+      if (staying() > 0) condense(0);
     }
     bounds_.clear();
     this->fall_back();
+    condense(staying());
     this->settle(EstimateStatus::kFallback);
   }
 
@@ -322,6 +319,7 @@ class RtiSingleShooting final : public RealTimeHorizon<M> {
     rows_.clear();
     bounds_.clear();
     arrival_ = this->estimate_.mean;
+    inverse_scale_.setOnes();
   }
 
   void predict_covariance() {
@@ -335,88 +333,41 @@ class RtiSingleShooting final : public RealTimeHorizon<M> {
     for (int r = 0; r < n; ++r) this->estimate_.covariance(r, r) += rows_(At::q + r, i);
   }
 
-  void condense() {
-    Matrix<double, n> a = Matrix<double, n>::Zero(), phi = Matrix<double, n>::Identity();
-    State b, c = State::Zero();
-    for (int r = 0; r < n; ++r) {
-      a(r, r) = arrival_weight_[r];
-      b[r] = arrival_weight_[r] * (arrival_[r] - rows_(At::x + r, 0));
-    }
-    const int last = rows_.size() - 1;
-    for (int i = 0; i <= last; ++i) {
-      for (int k = 0; k < m; ++k) {
-        const double weight = rows_(At::weight + k, i);
-        double g[n], e = rows_(At::z + k, i) - line_.output(i, k);
-        for (int r = 0; r < n; ++r) {
-          e -= line_.h(i, k, r) * c[r];
-          g[r] = line_.h(i, k, 0) * phi(0, r);
-          for (int s = 1; s < n; ++s) g[r] += line_.h(i, k, s) * phi(s, r);
-        }
-        for (int r = 0; r < n; ++r) {
-          const double wg = weight * g[r];
-          b[r] += wg * e;
-          for (int s = 0; s <= r; ++s) a(r, s) += wg * g[s];
-        }
-      }
-      if (i == last) break;
-      Matrix<double, n> phi_next;
-      State c_next;
-      for (int r = 0; r < n; ++r) {
-        c_next[r] = line_.reach(i, r) - rows_(At::x + r, i + 1);
-        for (int s = 0; s < n; ++s) c_next[r] += line_.f(i, r, s) * c[s];
-        for (int s = 0; s < n; ++s) {
-          phi_next(r, s) = line_.f(i, r, 0) * phi(0, s);
-          for (int k = 1; k < n; ++k) phi_next(r, s) += line_.f(i, r, k) * phi(k, s);
-        }
-      }
-      phi = phi_next;
-      c = c_next;
-    }
-    for (int r = 0; r < n; ++r) {
-      for (int s = 0; s < r; ++s) a(s, r) = a(r, s);
-      box_.low[r] = this->belief_.lower[r] - rows_(At::x + r, 0);
-      box_.high[r] = this->belief_.upper[r] - rows_(At::x + r, 0);
-      box_.scale[r] = 1.0 / std::sqrt(a(r, r));
-    }
-    box_.curvature = a;
-    box_.slope = b;
-    phi_ = phi;
-  }
+  // The first sample of the next step's window.
+  int staying() const { return rows_.size() > this->window_ ? 1 : 0; }
 
-  void take_step() {
-    double d[n];
-    const int last = rows_.size() - 1;
-    for (int r = 0; r < n; ++r) d[r] = box_.value(r);
-    for (int i = 0; i <= last; ++i) {
-      double next[n] = {};
-      if (i < last)
-        for (int r = 0; r < n; ++r) {
-          next[r] = line_.reach(i, r) - rows_(At::x + r, i + 1);
-          for (int s = 0; s < n; ++s) next[r] += line_.f(i, r, s) * d[s];
-        }
-      for (int r = 0; r < n; ++r) rows_(At::x + r, i) += d[r], d[r] = next[r];
+  bool solve() {
+    for (int r = 0; r < n; ++r) {
+      const double x = rows_(At::x + r, 0);
+      for (int c = 0; c <= r; ++c) box_.curvature(r, c) = box_.curvature(c, r) = sums_.curvature(r, c);
+      box_.curvature(r, r) += arrival_weight_[r];
+      box_.slope[r] = sums_.slope[r] + arrival_weight_[r] * (arrival_[r] - x);
+      box_.low[r] = this->belief_.lower[r] - x;
+      box_.high[r] = this->belief_.upper[r] - x;
+      inverse_scale_[r] = std::sqrt(box_.curvature(r, r));
+      box_.scale[r] = 1.0 / inverse_scale_[r];
     }
+    return bounds_.solve(box_, n);
+  }
+  void take_step() {
+    State d;
+    for (int r = 0; r < n; ++r) d[r] = box_.value(r);
+    sums_.expand(d, rows_);
     for (int r = 0; r < n; ++r) rows_(At::x + r, 0) = this->clipped(rows_(At::x + r, 0), r);
     line_.evaluate(this->belief_.model, rows_);
   }
-
-  double residual() const {
+  // Sums from `base` on; the residual.
+  double condense(int base) {
     Largest most;
-    double a[n] = {};
-    for (int i = rows_.size() - 1; i >= 0; --i) {
-      double next[n];
-      for (int r = 0; r < n; ++r) {
-        next[r] = 0.0;
-        if (i + 1 < rows_.size()) {
-          most.add((rows_(At::x + r, i + 1) - line_.reach(i, r)) / box_.scale[r]);
-          for (int c = 0; c < n; ++c) next[r] += line_.f(i, c, r) * a[c];
-        }
-        for (int k = 0; k < m; ++k) next[r] += line_.h(i, k, r) * this->pull(i, k);
-      }
-      for (int r = 0; r < n; ++r) a[r] = next[r];
-    }
+    sums_.condense(rows_, line_, base, inverse_scale_, most);
     for (int r = 0; r < n; ++r) {
-      double slope = arrival_weight_[r] * (rows_(At::x + r, 0) - arrival_[r]) - a[r];
+      double slope = arrival_weight_[r] * (rows_(At::x + r, 0) - arrival_[r]);
+      if (base == 0) slope -= sums_.pull[r];
+      if (base == 1) {
+        for (int k = 0; k < m; ++k) slope -= line_.h(0, k, r) * this->pull(0, k);
+        if (rows_.size() > 1)
+          for (int c = 0; c < n; ++c) slope -= line_.f(0, c, r) * sums_.pull[c];
+      }
       if (bounds_.side(r) != Side::kFree) slope -= box_.force(r);
       most.add(slope * box_.scale[r]);
     }
@@ -426,10 +377,11 @@ class RtiSingleShooting final : public RealTimeHorizon<M> {
   void publish() {
     const int last = rows_.size() - 1;
     Matrix<double, n> covariance;
+    Matrix<double, n> factors = box_.curvature;
+    BoxProgram<n>::factorise(factors);
     for (int r = 0; r < n; ++r) {
-      Matrix<double, n> a = box_.curvature;
       State column = phi_.row(r).transpose();
-      BoxProgram<n>::solve_positive(a, column);
+      BoxProgram<n>::substitute(factors, column);
       for (int s = 0; s <= r; ++s) {
         double sum = 0.0;
         for (int k = 0; k < n; ++k) sum += phi_(s, k) * column[k];
@@ -440,10 +392,11 @@ class RtiSingleShooting final : public RealTimeHorizon<M> {
     this->settle(EstimateStatus::kValid);
   }
 
-  State arrival_weight_, arrival_ = State::Zero();
+  State arrival_weight_, arrival_ = State::Zero(), inverse_scale_ = State::Ones();
+  WindowCondensation<M> sums_;
   BoxProgram<n> box_;
   ActiveSet bounds_;
-  Matrix<double, n> phi_ = Matrix<double, n>::Identity();
+  Matrix<double, n> phi_ = Matrix<double, n>::Identity();  // of the newest sample, when the program was solved
 };
 
 }  // namespace slipstream

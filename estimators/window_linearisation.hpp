@@ -40,6 +40,10 @@ class WindowLinearisation {
   double output(int i, int k) const { return block(i).output[k][lane(i)]; }                // h_k(x_i, u_i)
   double h(int i, int k, int c) const { return block(i).h[k * n + c][lane(i)]; }           // dh_k/dx_c
 
+  // Likewise of as many samples as a pack has, from i on, which must be the first of a pack of those last evaluated.
+  const double* outputs(int i, int k) const { return &block(i).output[k][lane(i)]; }
+  const double* hs(int i, int k, int c) const { return &block(i).h[k * n + c][lane(i)]; }
+
   // All samples; of the last one there is no f yet.
   void evaluate(const M& model, const Rows& rows) {
     first_ = 0;
