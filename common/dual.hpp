@@ -63,6 +63,19 @@ struct Dual {
   friend constexpr Dual operator-(const Dual& a, double s) { return {a.value - s, a.grad}; }
   friend constexpr Dual operator-(double s, const Dual& a) { return {s - a.value, a.grad * -1.0}; }
 
+  // Neither does a factor or term of the underlying scalar (a pack of inputs, say).
+  friend constexpr Dual operator*(const Dual& a, const T& s) requires(!std::is_arithmetic_v<T>) {
+    return {a.value * s, a.grad * s};
+  }
+  friend constexpr Dual operator*(const T& s, const Dual& a) requires(!std::is_arithmetic_v<T>) { return a * s; }
+  friend constexpr Dual operator/(const Dual& a, const T& s) requires(!std::is_arithmetic_v<T>) { return a * (T(1.0) / s); }
+  friend constexpr Dual operator+(const Dual& a, const T& s) requires(!std::is_arithmetic_v<T>) { return {a.value + s, a.grad}; }
+  friend constexpr Dual operator+(const T& s, const Dual& a) requires(!std::is_arithmetic_v<T>) { return a + s; }
+  friend constexpr Dual operator-(const Dual& a, const T& s) requires(!std::is_arithmetic_v<T>) { return {a.value - s, a.grad}; }
+  friend constexpr Dual operator-(const T& s, const Dual& a) requires(!std::is_arithmetic_v<T>) {
+    return {s - a.value, a.grad * -1.0};
+  }
+
   friend constexpr bool operator<(const Dual& a, const Dual& b) { return a.value < b.value; }
   friend constexpr bool operator>(const Dual& a, const Dual& b) { return b < a; }
   friend constexpr bool operator<=(const Dual& a, const Dual& b) { return a.value <= b.value; }

@@ -100,6 +100,7 @@ struct Estimate {
   std::vector<double> innovation;             // m: measurement minus prediction
   std::vector<double> innovation_covariance;  // m x m, row-major
   std::vector<std::int8_t> gated;             // m: 1 where the measurement was too unlikely and was left out; empty: none was
+  double kkt_residual = -1.0;                 // of a solved program, see estimate.lcm
   double step_time_us = 0.0;                  // wall-clock time of predict and update
   std::int64_t messages_lost = 0;             // gaps in the sequence numbers of what this estimator received, since it joined
   std::int64_t messages_rejected = 0;         // received but unusable: not finite, out of order, malformed

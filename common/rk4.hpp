@@ -9,12 +9,12 @@
 
 namespace slipstream {
 
-// States that are constant, whose derivative is 0, are left alone.
-template <typename T, int N, typename F>
-Vector<T, N> rk4_step(const F& f, const Vector<T, N>& x, double dt_s,
+// States that are constant, whose derivative is 0, are left alone. H: double, or as many durations as T has lanes (pack.hpp).
+template <typename T, int N, typename F, typename H>
+Vector<T, N> rk4_step(const F& f, const Vector<T, N>& x, const H& dt_s,
                       const std::type_identity_t<std::array<bool, N>>& is_constant = {}) {
   // Element by element: Eigen's packets of a state written piece by piece stall.
-  const auto along = [&](const Vector<T, N>& k, double h) {
+  const auto along = [&](const Vector<T, N>& k, const H& h) {
     Vector<T, N> y = x;
     for (std::size_t i = 0; i < N; ++i)
       if (!is_constant[i]) y[i] = x[i] + k[i] * h;

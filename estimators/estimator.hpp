@@ -36,6 +36,9 @@ struct Posterior {
   // n each: the 99 % credible interval of each state; empty where the algorithm gives none but the covariance's.
   std::span<const double> interval_low{};
   std::span<const double> interval_high{};
+  // How far the published solution of a program is from satisfying its conditions of optimality (Karush, Kuhn, Tucker): the
+  // largest, in standard deviations of the newest estimate. NaN: none was found; -1: the algorithm solves none.
+  double kkt_residual = -1.0;
 };
 
 struct ModelNames {

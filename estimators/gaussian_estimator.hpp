@@ -29,7 +29,10 @@ class GaussianEstimator : public Estimator {
             {estimate_.mean.data(), M::kStates},
             {estimate_.covariance.data(), M::kStates * M::kStates},  // symmetric: column-major is row-major
             {innovation_.value.data(), M::kOutputs},
-            {innovation_.covariance.data(), M::kOutputs * M::kOutputs}};
+            {innovation_.covariance.data(), M::kOutputs * M::kOutputs},
+            {},
+            {},
+            kkt_residual_};
   }
 
  protected:
@@ -60,6 +63,7 @@ class GaussianEstimator : public Estimator {
   Belief<M> belief_;
   Gaussian<M> estimate_{};
   Innovation<M> innovation_{};
+  double kkt_residual_ = -1.0;  // of who solves a program
 
  private:
   void start(const Gaussian<M>& at) {

@@ -75,6 +75,7 @@ class Hierarchical final : public GaussianEstimator<LongitudinalFriction> {
     const Posterior p = first_level_->posterior();
     innovation_.value = Eigen::Map<const Vector<double, 2>>(p.innovation.data());
     innovation_.covariance = Eigen::Map<const Matrix<double, 2>>(p.innovation_covariance.data());
+    kkt_residual_ = p.kkt_residual;
     settle(p.status);
   }
 

@@ -234,11 +234,19 @@ SolveResult IpoptSolver::solve(NonlinearProgram& program, std::span<double> y) {
   const Ipopt::SmartPtr<Ipopt::TNLP> nlp = &*s.adapter;
   result.converged = converged(warm ? s.fast->ReOptimizeTNLP(nlp) : s.fast->OptimizeTNLP(nlp));
   s.used = true;
-  if (const auto statistics = s.fast->Statistics(); IsValid(statistics)) result.iterations = statistics->IterationCount();
+  const auto describe = [&](Application& app) {
+    const auto statistics = app->Statistics();
+    if (!IsValid(statistics)) return;
+    result.iterations = statistics->IterationCount();
+    Number dual = 0.0, primal = 0.0, complementarity = 0.0;
+    if (result.converged) statistics->Infeasibilities(dual, primal, complementarity, result.kkt_residual);
+  };
+  describe(s.fast);
   if (!result.converged) {
     result.safe_options_needed = true;
     s.adapter->forget();
     result.converged = converged(s.safe->OptimizeTNLP(nlp));
+    describe(s.safe);
     s.used = false;  // the fast application has not seen this solution: start it cold next time
   }
   if (result.converged) {

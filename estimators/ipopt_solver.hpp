@@ -5,6 +5,7 @@
 // converge, the same program is solved once more from the same point with safe options. After a failure nothing is kept.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <span>
 
@@ -16,6 +17,7 @@ struct SolveResult {
   bool converged = false;
   bool safe_options_needed = false;
   int iterations = 0;
+  double kkt_residual = std::numeric_limits<double>::quiet_NaN();  // of the solution, in the program's own units
 };
 
 class IpoptSolver {

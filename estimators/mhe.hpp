@@ -156,7 +156,9 @@ class Mhe final : public MovingHorizon<M> {
     program_.prepare();
     variables_.assign(static_cast<std::size_t>(program_.variables()), 0.0);
     clip_to_bounds();
-    if (!this->solver_.solve(program_, variables_).converged) return false;
+    const SolveResult result = this->solver_.solve(program_, variables_);
+    this->kkt_residual_ = result.kkt_residual;
+    if (!result.converged) return false;
     for (std::size_t i = 0; i < states_.size(); ++i) states_[i] = program_.state(variables_, static_cast<int>(i));
     return true;
   }
@@ -202,7 +204,9 @@ class MheSingleShooting final : public MovingHorizon<M> {
     program_.scale = information.diagonal().cwiseMax(1e-12).cwiseInverse().cwiseSqrt();
     const State start = program_.arrival.cwiseMax(this->belief_.lower).cwiseMin(this->belief_.upper);
     State y = (start - program_.arrival).cwiseQuotient(program_.scale);
-    if (!this->solver_.solve(program_, {y.data(), n}).converged) {
+    const SolveResult result = this->solver_.solve(program_, {y.data(), n});
+    this->kkt_residual_ = result.kkt_residual;
+    if (!result.converged) {
       first_ = program_.arrival;
       this->estimate_ = guess;
       this->settle(EstimateStatus::kFallback);

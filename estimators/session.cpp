@@ -144,6 +144,7 @@ void EstimatorSession::publish(std::uint32_t measured, double step_time_us) {
   Estimate& m = message_;
   m.header = {processed_, seq_++, run_id_};
   m.status = started_ ? p.status : EstimateStatus::kInitialising;
+  m.kkt_residual = started_ ? p.kkt_residual : -1.0;
   m.step_time_us = step_time_us;
   m.messages_lost = lost_;
   m.messages_rejected = rejected_;

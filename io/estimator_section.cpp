@@ -100,7 +100,7 @@ ModelNames model_names(const Scenario& scenario) {
 void read_tuning(TomlTable& t, Tuning& tuning, const ModelNames& names, const AnyProcess& process) {
   using Names = std::vector<std::string>;
   t.only({"measurement_noise", "measurement_variance", "process_noise", "process_variance", "start", "initial_mean",
-          "initial_variance", "mhe_form", "mhe_window", "arrival_weight", "measurement_weight", "pf_particles",
+          "initial_variance", "mhe_form", "mhe_solver", "mhe_window", "arrival_weight", "measurement_weight", "pf_particles",
           "pf_resample_below", "pf_resampling", "pf_recover", "ukf_alpha", "ukf_beta", "ukf_kappa", "ukf_redraw", "model"});
   t.choice("measurement_noise", tuning.measurement_noise, {"sensors", "given"});
   t.numbers("measurement_variance", tuning.measurement_variance, names.outputs,
@@ -116,6 +116,7 @@ void read_tuning(TomlTable& t, Tuning& tuning, const ModelNames& names, const An
 
   t.choice("mhe_form", tuning.mhe_form, {"multiple_shooting", "single_shooting"});
   const bool single = tuning.mhe_form == "single_shooting";
+  t.choice("mhe_solver", tuning.mhe_solver, {"ipopt", "rti"});
   t.integer("mhe_window", tuning.mhe_window, 1, 1000);
   t.numbers("arrival_weight", tuning.arrival_weight, names.states, single ? names.states : Names{}, non_negative());
   t.numbers("measurement_weight", tuning.measurement_weight, names.outputs, single ? names.measured : Names{}, non_negative());

@@ -127,6 +127,7 @@ inline slipstream::estimate to_wire(const Estimate& e) {
   m.innovation_covariance = rows_of(e.innovation_covariance, e.innovation.size());
   m.gated = e.gated;
   m.gated.resize(e.innovation.size(), 0);
+  m.kkt_residual = e.kkt_residual;
   m.step_time_us = e.step_time_us;
   m.messages_lost = e.messages_lost;
   m.messages_rejected = e.messages_rejected;
@@ -151,6 +152,7 @@ inline Estimate from_wire(const slipstream::estimate& m) {
           m.innovation,
           flat(m.innovation_covariance),
           m.gated,
+          m.kkt_residual,
           m.step_time_us,
           m.messages_lost,
           m.messages_rejected};

@@ -112,6 +112,7 @@ struct Tuning {
 
   // Moving horizon
   std::string mhe_form = "multiple_shooting";        // or "single_shooting": document 002, eqs 3.22-3.23
+  std::string mhe_solver = "ipopt";                  // or "rti": real-time iteration
   int mhe_window = 4;                                // N: intervals, so N + 1 samples
   std::map<std::string, double> arrival_weight;      // S, single shooting
   std::map<std::string, double> measurement_weight;  // V, single shooting

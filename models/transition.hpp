@@ -30,9 +30,10 @@ consteval std::array<bool, M::kStates> constant_states() {
   return {};
 }
 
-template <ProcessModel M, typename T>
-Vector<T, M::kStates> single_transition(const M& model, const Vector<T, M::kStates>& x, const Vector<double, M::kInputs>& u,
-                                        double dt_s) {
+// U, H: double, or as many inputs and durations as T has lanes, where the model takes them (process.hpp).
+template <ProcessModel M, typename T, typename U, typename H>
+Vector<T, M::kStates> single_transition(const M& model, const Vector<T, M::kStates>& x, const Vector<U, M::kInputs>& u,
+                                        const H& dt_s) {
   return rk4_step([&](const Vector<T, M::kStates>& s) { return model.derivative(s, u); }, x, dt_s, constant_states<M>());
 }
 

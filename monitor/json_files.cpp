@@ -151,6 +151,11 @@ Json estimator(const EstimatorScore& s) {
               {"max", number(s.step_times.max)},
               {"mean", number(s.step_times.mean)}}},
             {"deadline_misses", s.step_times.deadline_misses}};
+  if (s.residuals.programs > 0)
+    j["kkt_residual"] = {{"programs", s.residuals.programs},
+                         {"p50", number(s.residuals.p50)},
+                         {"p99", number(s.residuals.p99)},
+                         {"max", number(s.residuals.max)}};
   if (r.name_conflict) j["name_conflict"] = true;
   return j;
 }

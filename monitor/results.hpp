@@ -32,7 +32,7 @@ struct Results {
 // else is the same for every lockstep run of a scenario. What is not known is null. An estimator's nis.dimension is the mean
 // number of measurements of a step, fractional where sensors have unequal rates; nis and those of its sensors are of what was
 // not gated; its warnings are what is wrong with its sensors (diagnosis.hpp), with what was fitted in m and rad; its
-// name_conflict is there, and true, only if two used its name.
+// name_conflict is there, and true, only if two used its name; its kkt_residual (estimate.lcm) only if it solves programs.
 std::string scores_json(const Results& results);
 
 // series.csv: one row per utime. Writes through a temporary file.

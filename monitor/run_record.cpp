@@ -238,6 +238,7 @@ void RunRecord::add(const Estimate& m) {
   for (std::size_t i = 0; i < r.states; ++i)
     for (std::size_t j = 0; j <= i; ++j) r.covariance.push_back(m.covariance[i * r.states + j]);
   r.step_time_us.push_back(m.step_time_us >= 0.0 && std::isfinite(m.step_time_us) ? m.step_time_us : kNan);
+  r.kkt_residual.push_back(m.kkt_residual >= 0.0 && std::isfinite(m.kkt_residual) ? m.kkt_residual : kNan);
   std::vector<std::size_t> used;
   for (std::size_t i = 0; i < m.innovation.size(); ++i)
     if (m.gated[i] == 0) used.push_back(i);

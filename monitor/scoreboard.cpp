@@ -85,6 +85,7 @@ EstimatorScore score_estimator(const RunRecord& run, const Bound& bound, const s
   health.update(r);
   s.findings = health.findings(r);
   s.step_times = score_step_times(step_time_us, run.info().deadline_s);
+  s.residuals = score_residuals(r.kkt_residual);
 
   const auto count = [&](EstimateStatus status) { return std::count(r.row_status.begin(), r.row_status.end(), status); };
   s.valid = count(EstimateStatus::kValid);

@@ -41,6 +41,7 @@ struct EstimatorScore {
   std::vector<Finding> findings;  // what is wrong with its sensors
   double nis_ratio;               // sum NIS / sum dimension over all steps
   StepTimes step_times;           // of all steps but those spent waiting for a start
+  Residuals residuals;            // of the programs it solved, if it does
   std::int64_t valid = 0, fallback = 0, invalid = 0, initialising = 0;
 };
 

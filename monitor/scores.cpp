@@ -11,7 +11,13 @@
 namespace slipstream {
 namespace {
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+std::vector<double> finite_of(const std::vector<double>& all) {
+  std::vector<double> known;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(known), [](double x) { return std::isfinite(x); });
+  return known;
 }
+}  // namespace
 
 double truth_at(std::span<const Utime> utime, std::span<const double> value, Utime t, Utime gap) {
   SLIPSTREAM_CHECK(utime.size() == value.size());
@@ -141,8 +147,7 @@ double consistency_ratio(std::span<const double> q, std::span<const int> dimensi
 
 StepTimes score_step_times(const std::vector<double>& step_time_us, double deadline_s) {
   StepTimes score{kNan, kNan, kNan, kNan, 0};
-  std::vector<double> known;
-  std::copy_if(step_time_us.begin(), step_time_us.end(), std::back_inserter(known), [](double t) { return std::isfinite(t); });
+  const std::vector<double> known = finite_of(step_time_us);
   if (known.empty()) return score;
   score.mean = std::accumulate(known.begin(), known.end(), 0.0) / static_cast<double>(known.size());
   score.p50 = percentile(known, 0.50);
@@ -151,6 +156,12 @@ StepTimes score_step_times(const std::vector<double>& step_time_us, double deadl
   if (deadline_s > 0.0)
     score.deadline_misses = std::count_if(known.begin(), known.end(), [&](double t) { return t * 1e-6 > deadline_s; });
   return score;
+}
+
+Residuals score_residuals(const std::vector<double>& kkt_residual) {
+  const std::vector<double> known = finite_of(kkt_residual);
+  if (known.empty()) return {0, kNan, kNan, kNan};
+  return {std::ssize(known), percentile(known, 0.50), percentile(known, 0.99), *std::max_element(known.begin(), known.end())};
 }
 
 }  // namespace slipstream

@@ -87,4 +87,13 @@ struct StepTimes {
 };
 StepTimes score_step_times(const std::vector<double>& step_time_us, double deadline_s);
 
+// Of the KKT residuals of the programs that an estimator solved (estimate.lcm); NaN without any.
+struct Residuals {
+  std::int64_t programs = 0;
+  double p50;
+  double p99;
+  double max;
+};
+Residuals score_residuals(const std::vector<double>& kkt_residual);
+
 }  // namespace slipstream

@@ -141,12 +141,22 @@ Table delivery_table(const Results& results) {
                {"out of order"},
                {"rejected"}},
               {}};
+  const bool solves = std::any_of(results.board.estimators.begin(), results.board.estimators.end(),
+                                  [](const EstimatorScore& s) { return s.residuals.programs > 0; });
+  if (solves) {
+    table.columns.push_back({"KKT p50"});
+    table.columns.push_back({"KKT max"});
+  }
   for (const EstimatorScore& s : results.board.estimators) {
     const EstimatorRecord& r = *s.record;
     std::vector<std::string> row{s.name};
     for (const std::int64_t count : {s.valid, s.fallback, s.invalid, s.initialising, r.sequence.lost + r.reported_lost(),
                                      r.late, r.sequence.out_of_order, r.rejected + r.reported_rejected()})
       row.push_back(fmt::format("{}", count));
+    if (solves) {
+      row.push_back(number_text(s.residuals.p50));
+      row.push_back(number_text(s.residuals.max));
+    }
     table.rows.push_back(std::move(row));
   }
   return table;

@@ -31,8 +31,9 @@ struct DrivenWheel {
     return near * (1.5 * k / eps - (0.5 * k / (eps * eps * eps)) * (near * near));
   }
 
-  template <typename T>
-  T acceleration_radps2(double torque_nm, const T& w, const T& mu) const {
+  // U: a known torque, or one for each lane of T.
+  template <typename T, typename U>
+  T acceleration_radps2(const U& torque_nm, const T& w, const T& mu) const {
     const double per_torque = 1.0 / quarter.wheel_inertia_kgm2;
     const double per_friction = quarter.normal_force_n() * quarter.wheel_radius_m * per_torque;
     return (torque_nm * per_torque - per_friction * mu) - (quarter.viscous_friction_nms * per_torque) * w -

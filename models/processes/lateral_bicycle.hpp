@@ -31,6 +31,7 @@ struct LateralBicycle {
   static constexpr std::array<Quantity, kInputs> kInputNames{{{"steering_angle_rad", "rad"}, {"wheel_speed_radps", "rad/s"}}};
   static constexpr std::array<Quantity, kOutputs> kOutputNames{{{"a_y_mps2", "m/s^2"}, {"yaw_rate_radps", "rad/s"}}};
 
+  static constexpr bool kInputsOfAnyScalar = true;
   static constexpr std::array<bool, kStates> kLinear{true, true, false, true, true, false, false};
   static constexpr std::array<bool, kStates> kConstant{false, false, false, false, false, true, true};
 
@@ -41,16 +42,16 @@ struct LateralBicycle {
     SingleTrack::visit_parameters(p.track, v);
   }
 
-  template <typename T>
-  auto accelerations(const Vector<T, kStates>& x, const Vector<double, kInputs>& u) const {
+  template <typename T, typename U>
+  auto accelerations(const Vector<T, kStates>& x, const Vector<U, kInputs>& u) const {
     return track.accelerations(x[0], x[1], track.wheel_radius_m * u[1], u[0], x[5], x[6]);
   }
 
-  template <typename T>
-  Vector<T, kStates> derivative(const Vector<T, kStates>& x, const Vector<double, kInputs>& u) const {
+  template <typename T, typename U>
+  Vector<T, kStates> derivative(const Vector<T, kStates>& x, const Vector<U, kInputs>& u) const {
     using std::cos, std::sin;
     const T &v_y = x[0], &w_z = x[1], &psi = x[2];
-    const double v_x = track.wheel_radius_m * u[1];
+    const U v_x = track.wheel_radius_m * u[1];
     const auto a = accelerations(x, u);
     const T c = cos(psi), s = sin(psi);
     Vector<T, kStates> rate;
@@ -58,8 +59,8 @@ struct LateralBicycle {
     return rate;
   }
 
-  template <typename T>
-  Vector<T, kOutputs> output(const Vector<T, kStates>& x, const Vector<double, kInputs>& u) const {
+  template <typename T, typename U>
+  Vector<T, kOutputs> output(const Vector<T, kStates>& x, const Vector<U, kInputs>& u) const {
     return {accelerations(x, u).lateral_mps2, x[1]};
   }
 

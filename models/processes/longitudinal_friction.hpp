@@ -24,6 +24,7 @@ struct LongitudinalFriction {
   static constexpr std::array<Quantity, kInputs> kInputNames{{{"drive_torque_nm", "N m"}}};
   static constexpr std::array<Quantity, kOutputs> kOutputNames{{{"wheel_speed_radps", "rad/s"}, {"a_x_mps2", "m/s^2"}}};
 
+  static constexpr bool kInputsOfAnyScalar = true;
   static constexpr std::array<bool, kStates> kLinear{false, false, true};
   static constexpr std::array<bool, kStates> kConstant{false, false, true};
 
@@ -43,8 +44,8 @@ struct LongitudinalFriction {
     return drag ? wheel.quarter.acceleration_mps2(mu, v) : kGravity_mps2 * mu;
   }
 
-  template <typename T>
-  Vector<T, kStates> derivative(const Vector<T, kStates>& x, const Vector<double, kInputs>& u) const {
+  template <typename T, typename U>
+  Vector<T, kStates> derivative(const Vector<T, kStates>& x, const Vector<U, kInputs>& u) const {
     const T& w = x[0];
     const T& v = x[1];
     const T& mu = x[2];
@@ -53,8 +54,8 @@ struct LongitudinalFriction {
     return {wheel.acceleration_radps2(u[0], w, mu), v_dot, T(0.0)};
   }
 
-  template <typename T>
-  Vector<T, kOutputs> output(const Vector<T, kStates>& x, const Vector<double, kInputs>&) const {
+  template <typename T, typename U>
+  Vector<T, kOutputs> output(const Vector<T, kStates>& x, const Vector<U, kInputs>&) const {
     return {x[0], acceleration(x[2], x[1])};
   }
 

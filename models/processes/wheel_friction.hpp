@@ -21,6 +21,7 @@ struct WheelFriction {
   static constexpr std::array<Quantity, kInputs> kInputNames{{{"drive_torque_nm", "N m"}}};
   static constexpr std::array<Quantity, kOutputs> kOutputNames{{{"wheel_speed_radps", "rad/s"}, {"a_x_mps2", "m/s^2"}}};
 
+  static constexpr bool kInputsOfAnyScalar = true;
   static constexpr std::array<bool, kStates> kLinear{false, true};
   static constexpr std::array<bool, kStates> kConstant{false, true};
 
@@ -31,12 +32,12 @@ struct WheelFriction {
     DrivenWheel::visit_parameters(p.wheel, v);
   }
 
-  template <typename T>
-  Vector<T, kStates> derivative(const Vector<T, kStates>& x, const Vector<double, kInputs>& u) const {
+  template <typename T, typename U>
+  Vector<T, kStates> derivative(const Vector<T, kStates>& x, const Vector<U, kInputs>& u) const {
     return {wheel.acceleration_radps2(u[0], x[0], x[1]), T(0.0)};
   }
-  template <typename T>
-  Vector<T, kOutputs> output(const Vector<T, kStates>& x, const Vector<double, kInputs>&) const {
+  template <typename T, typename U>
+  Vector<T, kOutputs> output(const Vector<T, kStates>& x, const Vector<U, kInputs>&) const {
     return {x[0], kGravity_mps2 * x[1]};
   }
   template <typename T>

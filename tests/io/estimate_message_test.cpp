@@ -19,6 +19,7 @@ Estimate with_interval() {
   e.innovation = {0.25};
   e.innovation_covariance = {0.5};
   e.gated = {1};
+  e.kkt_residual = 1e-7;
   e.step_time_us = 3.0;
   e.messages_lost = 1;
   e.messages_rejected = 2;
@@ -49,6 +50,8 @@ TEST(EstimateMessage, CarriesTheInterval) {
   EXPECT_EQ(back.innovation, e.innovation);
   EXPECT_EQ(back.innovation_covariance, e.innovation_covariance);
   EXPECT_EQ(back.gated, e.gated);
+  EXPECT_EQ(back.kkt_residual, 1e-7);
+  EXPECT_EQ(back.step_time_us, 3.0);
   EXPECT_EQ(back.messages_lost, 1);
   EXPECT_EQ(back.messages_rejected, 2);
 }

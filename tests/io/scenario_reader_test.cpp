@@ -204,7 +204,7 @@ std::string bits_of(const Scenario& s) {
   b.put(s.estimator.tuning), b.put(s.estimator.lower_bound), b.put(s.estimator.upper_bound);
   for (const auto& [name, t] : s.estimator.tunings) {
     b.put(name), b.put(t.measurement_noise), b.put(t.measurement_variance), b.put(t.process_noise), b.put(t.process_variance);
-    b.put(t.initial_mean), b.put(t.initial_variance), b.put(t.start), b.put(t.mhe_form), b.put(std::to_string(t.mhe_window));
+    b.put(t.initial_mean), b.put(t.initial_variance), b.put(t.start), b.put(t.mhe_form), b.put(t.mhe_solver), b.put(std::to_string(t.mhe_window));
     b.put(t.arrival_weight), b.put(t.measurement_weight), b.put(std::to_string(t.pf_particles)), b.put(t.pf_resample_below),
         b.put(std::to_string(t.pf_recover));
     if (t.process) std::visit(put_all, *t.process);
@@ -459,6 +459,8 @@ TEST(ScenarioReader, RefusesValuesOutOfRange) {
   EXPECT_EQ(refused_with("\"unimog\"", "\"tractor\""), "s.toml:4:8: vehicle.type: found \"tractor\", expected " + kVehicles);
   EXPECT_EQ(refused_with("tuning = \"matched\"", "tuning = \"matchd\""),
             "s.toml:8:10: estimator.tuning: found \"matchd\", expected \"matched\"");
+  EXPECT_EQ(refused_with("[tuning.matched]", "[tuning.matched]\nmhe_solver = \"rtj\""),
+            "s.toml:13:14: tuning.matched.mhe_solver: found 'rtj', expected one of: ipopt, rti");
   EXPECT_EQ(refused_with("[tuning.matched]", "[tuning.matched]\nmhe_window = 0"),
             "s.toml:13:14: tuning.matched.mhe_window: found 0, expected a whole number from 1 to 1000");
   for (const char* particles : {"0", "1000001"})

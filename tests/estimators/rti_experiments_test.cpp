@@ -1,0 +1,119 @@
+// Real-time iteration, iterated to convergence, beside Ipopt on the windows of every experiment that has a moving horizon, and
+// with its shipped settings beside itself converged.
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "estimators/mhe.hpp"
+#include "estimators/rti.hpp"
+#include "io/scenario_reader.hpp"
+#include "tests/support/in_process.hpp"
+
+namespace slipstream::test {
+namespace {
+
+constexpr RtiSettings kToConvergence{50, 1e-9, 1e-6};
+
+struct Experiment {
+  const char* scenario;
+  const char* tuning;
+  int window;
+  std::size_t steps;
+  bool wheel_alone = false;  // the hierarchical observer's first level
+  std::map<std::string, double> upper{};  // tightened until they hold
+};
+
+Scenario scenario_of(const Experiment& e) {
+  Scenario scenario = load_scenario_file(std::string(SLIPSTREAM_SOURCE_DIR) + "/scenarios/" + e.scenario + ".toml").scenario;
+  if (e.wheel_alone) scenario.estimator.process = WheelFriction{std::get<LongitudinalFriction>(scenario.estimator.process).wheel};
+  return scenario;
+}
+
+struct Apart {
+  double most = 0.0;  // of the states, in standard deviations
+  std::size_t compared = 0, fallbacks = 0, held = 0;
+};
+
+template <ProcessModel M>
+Apart beside(Estimator& one, Estimator& other, const Played& drive, const Belief<M>& belief, const Experiment& e,
+             const Scenario& scenario) {
+  Apart apart;
+  std::uint32_t measured = 0;
+  for (std::size_t i = 0; i < M::kOutputs; ++i)
+    for (const SensorConfig& sensor : scenario.sensors) measured |= sensor.quantity == M::kOutputNames[i].name ? 1U << i : 0U;
+  one.start_given();
+  other.start_given();
+  for (std::size_t k = 0; k < std::min(e.steps, drive.inputs.size()); ++k) {
+    const double dt_s = k == 0 ? 0.0 : seconds(drive.utime[k] - drive.utime[k - 1]);
+    for (Estimator* const estimator : {&one, &other}) estimator->step({dt_s, drive.inputs[k], drive.measured[k], measured});
+    const Posterior p = one.posterior(), q = other.posterior();
+    apart.fallbacks += p.status != EstimateStatus::kValid ? 1 : 0;
+    if (q.status != EstimateStatus::kValid) continue;
+    ++apart.compared;
+    for (std::size_t i = 0; i < M::kStates; ++i) {
+      const double sigma = std::sqrt(q.covariance[i * (M::kStates + 1)]);
+      apart.most = std::max(apart.most, std::abs(p.mean[i] - q.mean[i]) / sigma);
+      const int state = static_cast<int>(i);
+      apart.held += p.mean[i] == belief.lower[state] || p.mean[i] == belief.upper[state] ? 1 : 0;
+    }
+  }
+  return apart;
+}
+
+template <ProcessModel M, typename Check>
+void with_belief(const Experiment& e, const M& model, const Scenario& scenario, const Check& check) {
+  Belief<M> belief = make_belief(model, scenario, scenario.estimator.tunings.at(e.tuning));
+  for (int i = 0; i < M::kStates; ++i)
+    if (const auto upper = e.upper.find(std::string(M::kStateNames[static_cast<std::size_t>(i)].name)); upper != e.upper.end())
+      belief.upper[i] = upper->second;
+  check(belief);
+}
+
+class RtiExperiment : public testing::TestWithParam<Experiment> {};
+
+TEST_P(RtiExperiment, ConvergesToTheSolutionOfIpopt) {
+  const Experiment& e = GetParam();
+  const Scenario scenario = scenario_of(e);
+  const Played drive = play(scenario, "ekf", e.tuning);
+  const Tuning& tuning = scenario.estimator.tunings.at(e.tuning);
+  std::visit(
+      [&](const auto& model) {
+        using M = std::decay_t<decltype(model)>;
+        with_belief(e, model, scenario, [&](const Belief<M>& belief) {
+          Apart apart;
+          if (tuning.mhe_form == "single_shooting") {
+            const Belief<M> weighted = weights_as_noise(belief, tuning);
+            const auto s = belief_detail::by_name(tuning.arrival_weight, M::kStateNames, 0.0);
+            RtiSingleShooting<M> ours(weighted, e.window, s, kToConvergence);
+            MheSingleShooting<M> ipopt(weighted, e.window, s);
+            apart = beside(ours, ipopt, drive, weighted, e, scenario);
+          } else {
+            RtiMhe<M> ours(belief, e.window, kToConvergence);
+            Mhe<M> ipopt(belief, e.window);
+            apart = beside(ours, ipopt, drive, belief, e, scenario);
+          }
+          std::printf("%s %s N = %d: %.1e sigma apart, %zu steps, %zu fallbacks, %zu held\n", e.scenario, e.tuning, e.window,
+                      apart.most, apart.compared, apart.fallbacks, apart.held);
+          EXPECT_LT(apart.most, 1e-4);
+          EXPECT_EQ(apart.fallbacks, 0U);
+          if (!e.upper.empty()) EXPECT_GT(apart.held, 20U);
+        });
+      },
+      tuning.process ? *tuning.process : scenario.estimator.process);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, RtiExperiment,
+    testing::Values(Experiment{"unimog", "matched", 4, 300}, Experiment{"unimog", "matched", 20, 150},
+                    Experiment{"unimog", "document", 4, 300}, Experiment{"unimog", "matched", 4, 300, false, {{"friction", 0.1}}},
+                    Experiment{"unimog", "matched", 4, 300, true}, Experiment{"unimog", "matched", 20, 150, true},
+                    Experiment{"unimog", "document", 4, 300, true},
+                    Experiment{"unimog", "matched", 4, 300, true, {{"friction", 0.1}}},
+                    Experiment{"unimog", "matched", 20, 150, true, {{"friction", 0.1}}},
+                    Experiment{"unimog", "document", 20, 150, true, {{"friction", 0.1}}},
+                    Experiment{"scale_car_wheel", "matched", 4, 300}, Experiment{"scale_car_wheel", "document", 4, 300},
+                    Experiment{"circle", "matched", 4, 300}, Experiment{"circle", "document", 4, 300},
+                    Experiment{"snow_variable", "matched", 4, 300}, Experiment{"point_mass", "matched", 4, 300}));
+
+}  // namespace
+}  // namespace slipstream::test
