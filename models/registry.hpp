@@ -8,6 +8,7 @@
 #include "models/processes/point_mass_motion.hpp"
 #include "models/processes/torque_friction.hpp"
 #include "models/processes/torque_friction_load.hpp"
+#include "models/processes/tyre_friction.hpp"
 #include "models/processes/wheel_friction.hpp"
 #include "models/vehicles/bicycle.hpp"
 #include "models/vehicles/point_mass.hpp"
@@ -20,6 +21,6 @@ namespace slipstream {
 
 using AnyVehicle = std::variant<Unimog, TorqueCar, SuspendedWheel, Bicycle, RoadCar, PointMass>;
 using AnyProcess = std::variant<LongitudinalFriction, WheelFriction, LateralBicycle, PointMassMotion, TorqueFriction,
-                                TorqueFrictionLoad>;
+                                TorqueFrictionLoad, TyreFriction>;
 
 }  // namespace slipstream
