@@ -22,7 +22,7 @@ inline constexpr int kMaxInputs = 8;
 
 struct StepInput {
   double dt_s = 0.0;                       // since the previous step; 0 on the first
-  std::span<const double> input;           // mean over dt_s, one per model input
+  std::span<const double> input;           // one per model input: mean over dt_s, or at its end (ModelNames)
   std::span<const double> measured_value;  // one per model output; read only where measured
   std::uint32_t measured = 0;              // bit i: output i was measured at this instant
 };
@@ -46,6 +46,7 @@ struct ModelNames {
   std::span<const Quantity> states;
   std::span<const Quantity> inputs;
   std::span<const Quantity> outputs;
+  bool inputs_at_end = false;  // the model wants them as they are at a step's instant, not their mean over it
 };
 
 class Estimator {

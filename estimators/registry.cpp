@@ -20,6 +20,7 @@ std::unique_ptr<Estimator> make_mhe(const Scenario& scenario, const Tuning& tuni
 std::unique_ptr<Estimator> make_pf(const Scenario& scenario, const Tuning& tuning);
 std::unique_ptr<Estimator> make_asir(const Scenario& scenario, const Tuning& tuning);
 std::unique_ptr<Estimator> make_rbpf(const Scenario& scenario, const Tuning& tuning);
+std::unique_ptr<Estimator> make_imm(const Scenario& scenario, const Tuning& tuning);
 std::unique_ptr<Estimator> make_hierarchical_ekf(const Scenario& scenario, const Tuning& tuning);
 std::unique_ptr<Estimator> make_hierarchical_mhe(const Scenario& scenario, const Tuning& tuning);
 
@@ -38,6 +39,7 @@ constexpr Entry kAlgorithms[] = {
     {"pf", make_pf},
     {"asir", make_asir},
     {"rbpf", make_rbpf},
+    {"imm", make_imm},
     {"hierarchical_ekf", make_hierarchical_ekf},
     {"hierarchical_mhe", make_hierarchical_mhe},
 };

@@ -34,11 +34,12 @@ EstimatorSession::EstimatorSession(std::string name, std::int64_t run_id, const 
     channels_[std::string(names.inputs[i].name)].input = static_cast<int>(i);
   for (std::size_t i = 0; i < names.outputs.size(); ++i)
     channels_[std::string(names.outputs[i].name)].output = static_cast<int>(i);
+  inputs_at_end_ = names.inputs_at_end;
   pending_value_.assign(names.outputs.size(), 0.0);
   pending_input_.assign(names.inputs.size(), 0.0);
   input_.assign(names.inputs.size(), 0.0);
   input_integral_.assign(names.inputs.size(), 0.0);
-  mean_input_.assign(names.inputs.size(), 0.0);
+  step_input_.assign(names.inputs.size(), 0.0);
   message_.name = name_;
 }
 
@@ -110,10 +111,15 @@ void EstimatorSession::process_pending() {
       // Before the first step nothing has been integrated; the inputs of this instant stand in for the interval's.
       if (!first) accumulate_inputs(now);
       const double dt_s = first ? 0.0 : seconds(now - stepped_);
-      for (std::size_t i = 0; i < input_.size(); ++i)
-        mean_input_[i] = dt_s > 0.0 ? input_integral_[i] / dt_s : pending_input_[i];
+      for (std::size_t i = 0; i < input_.size(); ++i) {
+        const bool is_new = (pending_inputs_ >> i & 1U) != 0U;
+        if (inputs_at_end_)
+          step_input_[i] = is_new ? pending_input_[i] : input_[i];
+        else
+          step_input_[i] = dt_s > 0.0 ? input_integral_[i] / dt_s : pending_input_[i];
+      }
       const auto before = std::chrono::steady_clock::now();
-      estimator_->step({dt_s, mean_input_, pending_value_, measured});
+      estimator_->step({dt_s, step_input_, pending_value_, measured});
       step_time_us = std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - before).count();
       stepped_ = now;
       std::fill(input_integral_.begin(), input_integral_.end(), 0.0);

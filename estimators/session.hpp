@@ -2,7 +2,8 @@
 //
 // Messages of one instant are collected and processed together, when a tick says that the instant is complete or a message of a
 // later instant arrives. Inputs hold from their instant until the next (zero-order hold); a step uses their mean over the time
-// that really passed since the previous measurement, so rates may differ and be irregular.
+// that really passed since the previous measurement, so rates may differ and be irregular; for a model that asks for it, the
+// value at the measurement (process.hpp, kInputsAtEnd).
 // Out-of-order and not finite messages are refused and counted; gaps in the sequence numbers are counted as lost.
 #pragma once
 
@@ -56,6 +57,7 @@ class EstimatorSession final : public RunFollower {
   std::map<std::string, Channel, std::less<>> channels_;
   Utime start_grace_;
   bool start_given_;
+  bool inputs_at_end_ = false;
 
   // The instant being collected.
   bool pending_ = false;
@@ -79,7 +81,7 @@ class EstimatorSession final : public RunFollower {
   std::int64_t lost_ = 0;
   std::int64_t rejected_ = 0;
   Estimate message_;
-  std::vector<double> mean_input_;
+  std::vector<double> step_input_;
 };
 
 }  // namespace slipstream

@@ -14,6 +14,7 @@ struct ParameterValues {
   std::map<std::string, std::vector<double>> lists;
   std::map<std::string, Vector3> triples;
   std::map<std::string, std::string> choices;
+  std::map<std::string, std::vector<std::string>> choice_lists;
   std::map<std::string, bool> flags;
 };
 
@@ -24,6 +25,9 @@ struct CollectParameters {
   void list(const std::string& key, const std::vector<double>& field, const Range&) { values.lists[prefix + key] = field; }
   void triple(const std::string& key, const Vector3& field, const Range&) { values.triples[prefix + key] = field; }
   void choice(const std::string& key, const std::string& field, const Choices&) { values.choices[prefix + key] = field; }
+  void choices(const std::string& key, const std::vector<std::string>& field, const Choices&) {
+    values.choice_lists[prefix + key] = field;
+  }
   void flag(const std::string& key, const bool& field) { values.flags[prefix + key] = field; }
 };
 
@@ -37,6 +41,9 @@ struct ApplyParameters {
   void list(const std::string& key, std::vector<double>& field, const Range&) { apply(values.lists, key, field); }
   void triple(const std::string& key, Vector3& field, const Range&) { apply(values.triples, key, field); }
   void choice(const std::string& key, std::string& field, const Choices&) { apply(values.choices, key, field); }
+  void choices(const std::string& key, std::vector<std::string>& field, const Choices&) {
+    apply(values.choice_lists, key, field);
+  }
   void flag(const std::string& key, bool& field) { apply(values.flags, key, field); }
 };
 

@@ -216,6 +216,23 @@ void TomlTable::choice(const std::string& key, std::string& field, const Choices
   impl_->print(key, toml_text(field));
 }
 
+void TomlTable::choices(const std::string& key, std::vector<std::string>& field, const Choices& options) {
+  if (const toml::node* const node = impl_->find(key)) {
+    const toml::array* const items = node->as_array();
+    if (!items) impl_->refuse(*node, key, "a list, each " + expected_choice(options));
+    if (items->size() > kMostNumbers)
+      impl_->refuse(*node, key, "a list of at most " + std::to_string(kMostNumbers) + " names");
+    field.clear();
+    for (const toml::node& item : *items) {
+      const auto* const text = item.as_string();
+      if (!text || std::find(options.begin(), options.end(), text->get()) == options.end())
+        impl_->refuse(item, key, expected_choice(options));
+      field.push_back(text->get());
+    }
+  }
+  impl_->print(key, bracketed(joined(field, toml_text)));
+}
+
 void TomlTable::flag(const std::string& key, bool& field) {
   if (const toml::node* const node = impl_->find(key)) {
     if (!node->is_boolean()) impl_->refuse(*node, key, "true or false");

@@ -37,6 +37,7 @@ class TomlTable {
   void list(const std::string& key, std::vector<double>& field, const Range& each);
   void triple(const std::string& key, Vector<double, 3>& field, const Range& each);  // a list of three numbers
   void choice(const std::string& key, std::string& field, const Choices& options);
+  void choices(const std::string& key, std::vector<std::string>& field, const Choices& options);  // a list, none needed
   void flag(const std::string& key, bool& field);
 
   template <typename Integer>

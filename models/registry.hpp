@@ -6,6 +6,9 @@
 #include "models/processes/lateral_bicycle.hpp"
 #include "models/processes/longitudinal_friction.hpp"
 #include "models/processes/point_mass_motion.hpp"
+#include "models/processes/torque_friction.hpp"
+#include "models/processes/torque_friction_load.hpp"
+#include "models/processes/tyre_friction.hpp"
 #include "models/processes/wheel_friction.hpp"
 #include "models/vehicles/bicycle.hpp"
 #include "models/vehicles/point_mass.hpp"
@@ -17,6 +20,7 @@
 namespace slipstream {
 
 using AnyVehicle = std::variant<Unimog, TorqueCar, SuspendedWheel, Bicycle, RoadCar, PointMass>;
-using AnyProcess = std::variant<LongitudinalFriction, WheelFriction, LateralBicycle, PointMassMotion>;
+using AnyProcess = std::variant<LongitudinalFriction, WheelFriction, LateralBicycle, PointMassMotion, TorqueFriction,
+                                TorqueFrictionLoad, TyreFriction>;
 
 }  // namespace slipstream

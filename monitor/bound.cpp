@@ -30,6 +30,8 @@ struct ParameterValues {
   void triple(const Ts&...) {}
   template <typename... Ts>
   void choice(const Ts&...) {}
+  template <typename... Ts>
+  void choices(const Ts&...) {}
 };
 
 template <typename P>

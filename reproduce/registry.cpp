@@ -20,6 +20,8 @@ void reproduce_drivetrain(const Bench& bench, Outcome& o);
 void reproduce_unimog_particles(const Bench& bench, Outcome& o);
 void reproduce_unimog(const Bench& bench, Outcome& o);
 void reproduce_consistency(const Bench& bench, Outcome& o);
+void reproduce_unimog_torque(const Bench& bench, Outcome& o);
+void reproduce_unimog_grade(const Bench& bench, Outcome& o);
 
 namespace {
 
@@ -40,6 +42,7 @@ constexpr const char* kChapter4 = "Chapter 4: particle filter on snow";
 constexpr const char* kChapter5 = "Chapter 5: scale car, hierarchical observer";
 constexpr const char* kChapter6 = "Chapter 6: lateral dynamics";
 constexpr const char* kChapter7 = "Chapter 7: Unimog";
+constexpr const char* kPastUnimog = "Friction of the Unimog, past chapter 7";
 constexpr const char* kConsistency = "What the estimators claim, and what can be known";
 
 }  // namespace
@@ -103,6 +106,10 @@ const std::vector<Experiment>& experiments() {
        {"Consistency", "Eq. 5.5", "Observability"},
        1.6,
        reproduce_consistency},
+      {"past", "unimog_torque", kPastUnimog, "Friction that follows the torque", {"Torque and friction"}, 0.1,
+       reproduce_unimog_torque},
+      {"past", "unimog_grade", kPastUnimog, "An unknown hill, an unknown load, braking", {"Hill and load"}, 0.1,
+       reproduce_unimog_grade},
   };
   return all;
 }

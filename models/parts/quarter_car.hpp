@@ -45,12 +45,15 @@ struct QuarterCar {
     using std::abs;
     return (0.5 * air_density_kgpm3 * drag_coefficient * frontal_area_m2) * (speed_mps * abs(speed_mps));
   }
+  // sgn w
+  template <typename T>
+  static T direction(const T& w) {
+    using std::sqrt;
+    return w / sqrt(w * w + kWheelSpeedEps_radps * kWheelSpeedEps_radps);
+  }
   template <typename T>
   T rolling_torque_nm(const T& wheel_speed_radps) const {
-    using std::sqrt;
-    const T w = wheel_speed_radps;
-    return (rolling_resistance * normal_force_n() * wheel_radius_m) *
-           (w / sqrt(w * w + kWheelSpeedEps_radps * kWheelSpeedEps_radps));
+    return (rolling_resistance * normal_force_n() * wheel_radius_m) * direction(wheel_speed_radps);
   }
   template <typename T>
   T acceleration_mps2(const T& friction, const T& speed_mps) const {

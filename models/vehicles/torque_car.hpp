@@ -6,12 +6,14 @@
 //   m v' = mu N - R_aer(v)                      so  v' = (mu g - R_aer/m) / (1 - k mu)
 //   J w' = T_m - mu N r - f_r N r sgn(w) - b w,   s' = v,   t' = 1             (eqs 3.11-3.15, 5.6; the parts' heads)
 //
-// mu is a tyre's mu(slip) on a surface, a constant, or a constant that steps. Where it is imposed the wheel does not feel its
+// mu is a tyre's mu(slip) on a surface, which may change at given times, a constant, or a constant that steps. Where it is imposed the wheel does not feel its
 // slip: w integrates every difference of T and the grip's torque by 1/J, and nothing brings it back to rolling. State: w, v, s,
-// T_m, t. Mode: how many points of the timetable and of the friction's step are past; each is an event. T, the commanded
-// torque, is what estimators are told. Range: forward driving on level ground.
+// T_m, t. Mode: how many points of the timetable, of the surfaces and of the friction's step are past; each is an event. T, the commanded
+// torque, is what estimators are told. The available friction is the D of the surface; unknown (NaN) where mu is imposed. Range: forward driving on level ground.
 #pragma once
 
+#include <algorithm>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -28,7 +30,7 @@ struct TorqueCar {
   static constexpr int kStates = 5;
   static constexpr int kEvents = 1;
   static constexpr std::array<Crossing, kEvents> kCrossings{Crossing::kRising};
-  static constexpr std::array<Quantity, 9> kTruth{{{"wheel_speed_radps", "rad/s"},
+  static constexpr std::array<Quantity, 10> kTruth{{{"wheel_speed_radps", "rad/s"},
                                                    {"speed_mps", "m/s"},
                                                    {"friction", "1"},
                                                    {"a_x_mps2", "m/s^2"},
@@ -36,7 +38,8 @@ struct TorqueCar {
                                                    {"distance_m", "m"},
                                                    {"drive_torque_nm", "N m"},  // commanded, T
                                                    {"motor_torque_nm", "N m"},  // after the lag, T_m
-                                                   {"normal_force_n", "N"}}};
+                                                   {"normal_force_n", "N"},
+                                                   {"available_friction", "1"}}};
   static constexpr std::array<Quantity, 1> kInputs{{{"drive_torque_nm", "N m"}}};
   using Mode = TimePoints::Mode;
   using State = Vector<double, kStates>;
@@ -48,7 +51,9 @@ struct TorqueCar {
   double motor_lag_s = 0.0;    // tau; T_m starts at 0
   double load_transfer = 0.0;  // k
   std::string friction = "tyre";
-  std::string surface = "snow";     // of "tyre"
+  std::string surface = "snow";     // of "tyre", at first
+  std::vector<double> surface_time_s;  // when it changes,
+  std::vector<std::string> surfaces;   // and to which
   double friction_constant = 0.15;  // of "constant"
   double friction_before = 0.1;     // of "step"
   double friction_after = 0.25;
@@ -65,6 +70,8 @@ struct TorqueCar {
     v.number("load_transfer", p.load_transfer, between(-0.5, 0.5));
     v.choice("friction", p.friction, Choices{"tyre", "constant", "step"});
     v.choice("surface", p.surface, Choices{"dry", "wet", "snow", "ice"});
+    v.list("surface_time_s", p.surface_time_s, non_negative());
+    v.choices("surfaces", p.surfaces, Choices{"dry", "wet", "snow", "ice"});
     v.number("friction_constant", p.friction_constant, between(0.0, 1.2));
     v.number("friction_before", p.friction_before, between(0.0, 1.2));
     v.number("friction_after", p.friction_after, between(0.0, 1.2));
@@ -78,15 +85,21 @@ struct TorqueCar {
     require_timetable("torque_time_s", torque_time_s, "torque_nm", torque_nm);
     std::vector<double> points_s = torque_time_s;
     if (friction == "step") points_s.push_back(step_time_s);
+    if (surfaces.size() != surface_time_s.size())
+      throw Refusal("vehicle.surfaces: has " + std::to_string(surfaces.size()) + " values, expected " +
+                    std::to_string(surface_time_s.size()) + ", one for each of vehicle.surface_time_s");
+    for (std::size_t i = 1; i < surface_time_s.size(); ++i)
+      if (!(surface_time_s[i] > surface_time_s[i - 1]))
+        throw Refusal("vehicle.surface_time_s: expected increasing times, found " + std::to_string(surface_time_s[i]) +
+                      " after " + std::to_string(surface_time_s[i - 1]));
+    points_s.insert(points_s.end(), surface_time_s.begin(), surface_time_s.end());
     points_ = TimePoints(std::move(points_s));
     pieces_.clear();
     for (Mode mode = 0; mode < points_.modes(); ++mode) {
       const double from_s = points_.begin_s(mode);
       const double stepped = from_s < step_time_s ? friction_before : friction_after;
-      pieces_.push_back({timetable_line(from_s, torque_time_s, torque_nm), friction == "step" ? stepped : friction_constant});
+      pieces_.push_back({timetable_line(from_s, torque_time_s, torque_nm), friction == "step" ? stepped : friction_constant, surface_at(from_s)});
     }
-    for (const Surface& s : kSurfaces)
-      if (s.name == surface) tyre_ = s.tyre;
     has_tyre_ = friction == "tyre";
   }
 
@@ -111,7 +124,7 @@ struct TorqueCar {
   }
   template <typename T>
   T friction_now(const Vector<T, kStates>& x, const Mode& mode) const {
-    return has_tyre_ ? tyre_.friction(slip(x)) : T(pieces_[mode].friction);
+    return has_tyre_ ? pieces_[mode].tyre.friction(slip(x)) : T(pieces_[mode].friction);
   }
   template <typename T>
   T acceleration(const T& mu, const T& v) const {
@@ -156,18 +169,28 @@ struct TorqueCar {
             x[2],
             commanded_torque(x[4], mode),
             motor_torque(x, mode),
-            quarter.normal_force_n() * load(a_x)};
+            quarter.normal_force_n() * load(a_x),
+            has_tyre_ ? pieces_[mode].tyre.d : std::numeric_limits<double>::quiet_NaN()};
   }
 
  private:
   struct Piece {
     TimetableLine torque_nm;
     double friction;  // where it is imposed
+    PacejkaTyre tyre;
   };
+
+  // From t on.
+  PacejkaTyre surface_at(double t) const {
+    const auto past = std::upper_bound(surface_time_s.begin(), surface_time_s.end(), t) - surface_time_s.begin();
+    const std::string& name = past == 0 ? surface : surfaces[static_cast<std::size_t>(past - 1)];
+    for (const Surface& s : kSurfaces)
+      if (s.name == name) return s.tyre;
+    return {};
+  }
 
   TimePoints points_;          // of torque and friction
   std::vector<Piece> pieces_;  // one per mode
-  PacejkaTyre tyre_;
   bool has_tyre_ = true;
 };
 

@@ -24,8 +24,9 @@ class Spy final : public Estimator {
 
   ModelNames names() const override {
     using M = LongitudinalFriction;
-    return {M::kName, M::kStateNames, M::kInputNames, M::kOutputNames};
+    return {M::kName, M::kStateNames, M::kInputNames, M::kOutputNames, wants_inputs_at_end};
   }
+  static inline bool wants_inputs_at_end = false;  // read when the session opens
   void start_given() override { ++given; }
   bool start_measured(int output, double z) override {
     if (output != 0) return false;
@@ -65,6 +66,24 @@ class Session : public testing::Test {
   Spy* spy_ = nullptr;
   std::vector<Estimate> estimates_;
 };
+
+// A model that asks for it is told what the torque is at the measurement, not what it was before.
+TEST_F(Session, AModelMayWantTheInputsAtTheStepsInstant) {
+  Spy::wants_inputs_at_end = true;
+  open();
+  Spy::wants_inputs_at_end = false;
+  torque(0, 0, 100.0), wheel(0, 0, 0.5);
+  torque(10000, 1, 300.0), wheel(10000, 1, 0.6);
+  wheel(20000, 2, 0.7);  // no new torque: the last one holds
+  torque(25000, 2, 500.0);
+  wheel(30000, 3, 0.8);
+  session_->on_tick(30000);
+  ASSERT_EQ(spy_->steps.size(), 4U);
+  EXPECT_EQ(spy_->steps[0].input, 100.0);
+  EXPECT_EQ(spy_->steps[1].input, 300.0);
+  EXPECT_EQ(spy_->steps[2].input, 300.0);
+  EXPECT_EQ(spy_->steps[3].input, 500.0);
+}
 
 TEST_F(Session, OneInstantIsOneStepWhateverTheOrderInIt) {
   open();

@@ -160,6 +160,10 @@ struct Bits {
     for (const double x : xs) put(x);
   }
   void choice(const std::string& key, const std::string& s, const Choices&) { put(key), put(s); }
+  void choices(const std::string& key, const std::vector<std::string>& xs, const Choices&) {
+    put(key);
+    for (const std::string& x : xs) put(x);
+  }
   void flag(const std::string& key, const bool& b) { put(key), put(b ? "yes" : "no"); }
 };
 
