@@ -4,6 +4,7 @@
 #include <variant>
 
 #include "models/processes/lateral_bicycle.hpp"
+#include "models/processes/lateral_tyres.hpp"
 #include "models/processes/longitudinal_friction.hpp"
 #include "models/processes/point_mass_motion.hpp"
 #include "models/processes/torque_friction.hpp"
@@ -15,12 +16,13 @@
 #include "models/vehicles/road_car.hpp"
 #include "models/vehicles/suspended_wheel.hpp"
 #include "models/vehicles/torque_car.hpp"
+#include "models/vehicles/two_track.hpp"
 #include "models/vehicles/unimog.hpp"
 
 namespace slipstream {
 
-using AnyVehicle = std::variant<Unimog, TorqueCar, SuspendedWheel, Bicycle, RoadCar, PointMass>;
+using AnyVehicle = std::variant<Unimog, TorqueCar, SuspendedWheel, Bicycle, RoadCar, PointMass, TwoTrack>;
 using AnyProcess = std::variant<LongitudinalFriction, WheelFriction, LateralBicycle, PointMassMotion, TorqueFriction,
-                                TorqueFrictionLoad, TyreFriction>;
+                                TorqueFrictionLoad, TyreFriction, LateralTyres>;
 
 }  // namespace slipstream

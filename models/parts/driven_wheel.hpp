@@ -31,6 +31,11 @@ struct DrivenWheel {
     return near * (1.5 * k / eps - (0.5 * k / (eps * eps * eps)) * (near * near));
   }
 
+  template <typename T>
+  T rolling_direction(const T& w) const {
+    return times_direction(1.0, w);
+  }
+
   // U: a known torque, or one for each lane of T.
   template <typename T, typename U>
   T acceleration_radps2(const U& torque_nm, const T& w, const T& mu) const {

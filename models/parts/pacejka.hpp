@@ -14,6 +14,14 @@
 
 namespace slipstream {
 
+// mu(l) of any coefficients; B and D may be states.
+template <typename T>
+T magic_formula(const T& slip, const T& b, double c, const T& d, double e) {
+  using std::atan, std::sin;
+  const T bl = b * slip;
+  return d * sin(c * atan(bl - e * (bl - atan(bl))));
+}
+
 struct PacejkaTyre {
   double b = 10.0;
   double c = 1.9;

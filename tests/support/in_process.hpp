@@ -81,9 +81,9 @@ class Overheard final : public Estimator {
 
 // Truth and measurements must have the same rate, as in the shipped simulated scenarios; inputs may have any. An instant
 // without an estimate, while the first measurement is still on its way, is not scored.
-inline Played play(const Scenario& scenario, const std::string& algorithm, const std::string& tuning) {
+inline Played play(const Scenario& scenario, const std::string& algorithm, const std::string& tuning,
+                   std::unique_ptr<DriveSource> drive) {
   Played played;
-  const auto drive = make_simulated_drive(scenario);
   played.truth_names = drive->truth_names();
   played.reading_names = drive->quantities();
   EstimatorSession session("test", 1, scenario, scenario.estimator.tunings.at(tuning),
@@ -104,6 +104,10 @@ inline Played play(const Scenario& scenario, const std::string& algorithm, const
     played.truth.push_back(epoch.truth);
   }
   return played;
+}
+
+inline Played play(const Scenario& scenario, const std::string& algorithm, const std::string& tuning) {
+  return play(scenario, algorithm, tuning, make_simulated_drive(scenario));
 }
 
 // h(x) after each update, one series per output, with the inputs that the estimator had.
