@@ -33,6 +33,7 @@ struct LateralTyres {
       {{"steering_angle_rad", "rad"}, {"wheel_speed_radps", "rad/s"}, {"a_x_mps2", "m/s^2"}}};
   static constexpr std::array<Quantity, kOutputs> kOutputNames{{{"a_y_mps2", "m/s^2"}, {"yaw_rate_radps", "rad/s"}}};
   static constexpr std::array<bool, kStates> kLinear{false, false, false, false, false, true};
+  static constexpr std::array<bool, kStates> kConstant{false, false, true, true, true, true};
 
   FourWheels car;
   double front_friction_ratio = 1.0;  // of mu at the front axle, by mu at the rear

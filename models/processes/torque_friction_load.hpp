@@ -28,6 +28,7 @@ struct TorqueFrictionLoad {
   static constexpr std::array<Quantity, kOutputs> kOutputNames{{{"wheel_speed_radps", "rad/s"}, {"a_x_mps2", "m/s^2"}}};
 
   static constexpr std::array<bool, kStates> kLinear{false, false, true, false, false};
+  static constexpr std::array<bool, kStates> kConstant{false, false, false, true, true};
 
   RollingWheel rolling;  // its mass_kg is not used
 

@@ -26,6 +26,7 @@ struct TyreFriction {
   static constexpr std::array<Quantity, kOutputs> kOutputNames{{{"wheel_speed_radps", "rad/s"}, {"a_x_mps2", "m/s^2"}}};
 
   static constexpr std::array<bool, kStates> kLinear{false, false, true};  // in D at a surface; between them nearly
+  static constexpr std::array<bool, kStates> kConstant{false, false, true};
 
   // The road is one of these: kRegimeState then has a value of its own.
   static constexpr int kRegimeState = 2;
