@@ -32,6 +32,19 @@ struct RtiSettings {
   double acceptable = 0.1;  // residual above which it has failed
 };
 
+// How much of a step is taken: all of it, but less where the last one led no nearer, as Gauss-Newton may near a kink.
+class Damping {
+ public:
+  double part() const { return part_; }
+  void judge(double residual) {
+    part_ = residual < 0.9 * before_ ? std::min(1.0, 1.5 * part_) : std::max(0.05, 0.5 * part_);
+    before_ = residual;
+  }
+
+ private:
+  double part_ = 1.0, before_ = std::numeric_limits<double>::infinity();
+};
+
 // What both forms share: the samples and the model along them.
 template <ProcessModel M>
 class RealTimeHorizon : public GaussianEstimator<M> {
@@ -138,12 +151,14 @@ class RtiMhe final : public RealTimeHorizon<M> {
     this->weigh(step, sweep_.prior(last).covariance);
     this->keep();
     this->kkt_residual_ = std::numeric_limits<double>::quiet_NaN();
+    Damping damping;
     for (int programs = 1;; ++programs) {
       const Matrix<double, n> covariance = sweep_.finish();
       sweep_.scale = covariance.diagonal().cwiseSqrt();
       if (!bounds_.solve(sweep_, rows_.size() * n)) break;
-      take_step();
+      take_step(damping.part());
       this->kkt_residual_ = residual();
+      damping.judge(this->kkt_residual_);
       const bool enough = this->kkt_residual_ <= settings_.enough;
       if (enough || programs == settings_.most_programs) {
         if (!(this->kkt_residual_ <= settings_.acceptable)) break;
@@ -164,9 +179,10 @@ class RtiMhe final : public RealTimeHorizon<M> {
     sweep_.arrival = this->estimate_;
   }
 
-  void take_step() {
+  void take_step(double part) {
     for (int i = 0; i < rows_.size(); ++i)
-      for (int r = 0; r < n; ++r) rows_(At::x + r, i) = this->clipped(rows_(At::x + r, i) + sweep_.step(i, r), r);
+      for (int r = 0; r < n; ++r)
+        rows_(At::x + r, i) = this->clipped(rows_(At::x + r, i) + part * sweep_.step(i, r), r);
     line_.evaluate(this->belief_.model, rows_);
   }
 
@@ -294,12 +310,14 @@ class RtiSingleShooting final : public RealTimeHorizon<M> {
     this->keep();
     sums_.append(rows_, line_);
     this->kkt_residual_ = std::numeric_limits<double>::quiet_NaN();
+    Damping damping;
     for (int programs = 1;; ++programs) {
       if (!solve()) break;
       for (int r = 0; r < n; ++r)
         for (int c = 0; c < n; ++c) phi_(r, c) = sums_.phi(r, c);
-      take_step();
+      take_step(damping.part());
       this->kkt_residual_ = condense(staying());
+      damping.judge(this->kkt_residual_);
       const bool enough = this->kkt_residual_ <= settings_.enough;
       if (enough || programs == settings_.most_programs) {
         if (!(this->kkt_residual_ <= settings_.acceptable)) break;
@@ -349,10 +367,10 @@ class RtiSingleShooting final : public RealTimeHorizon<M> {
     }
     return bounds_.solve(box_, n);
   }
-  void take_step() {
+  void take_step(double part) {
     State d;
     for (int r = 0; r < n; ++r) d[r] = box_.value(r);
-    sums_.expand(d, rows_);
+    sums_.expand(d, part, rows_);
     for (int r = 0; r < n; ++r) rows_(At::x + r, 0) = this->clipped(rows_(At::x + r, 0), r);
     line_.evaluate(this->belief_.model, rows_);
   }

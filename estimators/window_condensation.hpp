@@ -87,14 +87,14 @@ class WindowCondensation {
   }
   void slide() { ++first_; }
 
-  // x_i += d_i
-  void expand(const Vector<double, n>& d, Rows& rows) const {
+  // x_i += part d_i
+  void expand(const Vector<double, n>& d, double part, Rows& rows) const {
     for (int i = 0; i < rows.size(); ++i) {
       const Block& b = block(i);
       for (int r = 0; r < n; ++r) {
         double way = b.c[r][lane(i)];
         for (int k = 0; k < n; ++k) way += b.phi[r * n + k][lane(i)] * d[k];
-        rows(At::x + r, i) += way;
+        rows(At::x + r, i) += part * way;
       }
     }
   }

@@ -96,7 +96,9 @@ TEST_P(RtiExperiment, ConvergesToTheSolutionOfIpopt) {
                       apart.most, apart.compared, apart.fallbacks, apart.held);
           EXPECT_LT(apart.most, 1e-4);
           EXPECT_EQ(apart.fallbacks, 0U);
-          if (!e.upper.empty()) EXPECT_GT(apart.held, 20U);
+          if (!e.upper.empty()) {
+            EXPECT_GT(apart.held, 20U);
+          }
         });
       },
       tuning.process ? *tuning.process : scenario.estimator.process);
