@@ -1,8 +1,8 @@
 // The MHE's step through the process's own interface, in pairs with a bare, warm-started Ipopt solve of the same windows: a
 // program written out by hand for this one model, with hand-made derivatives, the same options and nothing around it.
 //
-// And the same step by real-time iteration (rti_*), of the wheel and its friction alone (two states, the hierarchical observer's
-// first level), arguments: N, and whether the friction's upper bound is so low that it holds most of the time.
+// And the same step by real-time iteration (rti_*), of the wheel and its friction alone (two states, the hierarchical
+// observer's first level), arguments: N, and whether the friction's upper bound is so low that it holds most of the time.
 //
 // Counters: the medians and 99th percentiles of both in microseconds, and `ratio`, the median of the pairs' ratios.
 #include <benchmark/benchmark.h>

@@ -1,5 +1,5 @@
-// The steps of EKF, UKF, hierarchical EKF, real-time iteration, particle filters and strapdown filters allocate nothing on the heap. The C library's
-// allocator is counted in this whole test program.
+// The steps of EKF, UKF, hierarchical EKF, real-time iteration, particle filters and strapdown filters allocate nothing on the
+// heap. The C library's allocator is counted in this whole test program.
 #include <gtest/gtest.h>
 
 #include <array>
