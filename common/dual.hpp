@@ -69,9 +69,13 @@ struct Dual {
   }
   friend constexpr Dual operator*(const T& s, const Dual& a) requires(!std::is_arithmetic_v<T>) { return a * s; }
   friend constexpr Dual operator/(const Dual& a, const T& s) requires(!std::is_arithmetic_v<T>) { return a * (T(1.0) / s); }
-  friend constexpr Dual operator+(const Dual& a, const T& s) requires(!std::is_arithmetic_v<T>) { return {a.value + s, a.grad}; }
+  friend constexpr Dual operator+(const Dual& a, const T& s) requires(!std::is_arithmetic_v<T>) {
+    return {a.value + s, a.grad};
+  }
   friend constexpr Dual operator+(const T& s, const Dual& a) requires(!std::is_arithmetic_v<T>) { return a + s; }
-  friend constexpr Dual operator-(const Dual& a, const T& s) requires(!std::is_arithmetic_v<T>) { return {a.value - s, a.grad}; }
+  friend constexpr Dual operator-(const Dual& a, const T& s) requires(!std::is_arithmetic_v<T>) {
+    return {a.value - s, a.grad};
+  }
   friend constexpr Dual operator-(const T& s, const Dual& a) requires(!std::is_arithmetic_v<T>) {
     return {s - a.value, a.grad * -1.0};
   }

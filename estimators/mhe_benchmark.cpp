@@ -1,6 +1,9 @@
 // The MHE's step through the process's own interface, in pairs with a bare, warm-started Ipopt solve of the same windows: a
 // program written out by hand for this one model, with hand-made derivatives, the same options and nothing around it.
 //
+// And the same step by real-time iteration (rti_*), of the wheel and its friction alone (two states, the hierarchical
+// observer's first level), arguments: N, and whether the friction's upper bound is so low that it holds most of the time.
+//
 // Counters: the medians and 99th percentiles of both in microseconds, and `ratio`, the median of the pairs' ratios.
 #include <benchmark/benchmark.h>
 
@@ -16,6 +19,7 @@
 #include "common/random.hpp"
 #include "estimators/ekf.hpp"
 #include "estimators/mhe.hpp"
+#include "estimators/rti.hpp"
 #include "models/vehicles/unimog.hpp"
 #include "plant/vehicle_simulation.hpp"
 
@@ -400,6 +404,69 @@ void mhe_step_document_form(benchmark::State& state) {
   }
 }
 BENCHMARK(mhe_step_document_form)->Arg(4)->Unit(benchmark::kMicrosecond);
+
+Belief<WheelFriction> wheel_belief(bool held) {
+  const Belief<Model> all = matched_belief();
+  Belief<WheelFriction> b;
+  b.noise = all.noise;
+  b.process_variance = {1e-3, 5e-4};
+  b.initial_mean = {0.5, 0.0};
+  b.initial_variance = {1e-2, 0.04};
+  b.lower = {-1.0, -1.2};
+  b.upper = {400.0, held ? 0.1 : 1.2};
+  return b;
+}
+
+// One iteration is one step: prediction, weights, linearisation of the whole window, program, KKT residual, covariance.
+void time_steps(benchmark::State& state, Estimator& mhe) {
+  const std::vector<Sample> drive = unimog_drive();
+  double residual = 0.0, failed = 0.0;
+  std::size_t k = drive.size();
+  for (auto _ : state) {
+    if (k == drive.size()) {
+      k = 0;
+      mhe.start_given();
+    }
+    mhe.step({k == 0 ? 0.0 : kDt, drive[k].torque_before, drive[k].z, 3U});
+    ++k;
+    const Posterior p = mhe.posterior();
+    failed += p.status == EstimateStatus::kValid ? 0.0 : 1.0;
+    residual = std::max(residual, p.kkt_residual);
+  }
+  state.counters["kkt_max"] = residual;
+  state.counters["fallback"] = benchmark::Counter(failed, benchmark::Counter::kAvgIterations);
+}
+
+void rti_step(benchmark::State& state) {
+  RtiMhe<WheelFriction> mhe(wheel_belief(state.range(1) != 0), static_cast<int>(state.range(0)));
+  time_steps(state, mhe);
+}
+BENCHMARK(rti_step)->ArgsProduct({{4, 20}, {0, 1}})->ArgNames({"N", "held"});
+
+void rti_step_without_process_noise(benchmark::State& state) {
+  Belief<WheelFriction> belief = wheel_belief(state.range(1) != 0);
+  belief.noise = {{{0.0, 1e-2}, {0.0, 1e-4}}};
+  RtiSingleShooting<WheelFriction> mhe(belief, static_cast<int>(state.range(0)), Eigen::Vector2d(1e4, 1e5));
+  time_steps(state, mhe);
+}
+BENCHMARK(rti_step_without_process_noise)->ArgsProduct({{4, 20}, {0, 1}})->ArgNames({"N", "held"});
+
+void rti_step_lateral(benchmark::State& state) {
+  Belief<LateralBicycle> b;
+  b.noise = {{{0.0, 0.3}, {0.0, 0.02}}};
+  b.process_variance << 1e-3, 1e-3, 1e-6, 1e-4, 1e-4, 1e-2, 1e-2;
+  b.initial_mean << 0.0, 0.0, 0.0, 0.0, 0.0, 18.0, 20.0;
+  b.initial_variance << 1e-2, 1e-2, 1e-4, 1e-2, 1e-2, 4.0, 4.0;
+  RtiMhe<LateralBicycle> mhe(b, static_cast<int>(state.range(0)));
+  mhe.start_given();
+  double t_s = 0.0;
+  for (auto _ : state) {
+    const std::array<double, 2> u{0.1 * std::sin(t_s), 50.0}, z{0.8 * std::sin(t_s), 0.5 * std::sin(t_s)};
+    mhe.step({t_s == 0.0 ? 0.0 : kDt, u, z, 3U});
+    t_s += kDt;
+  }
+}
+BENCHMARK(rti_step_lateral)->Arg(4)->Arg(20);
 
 }  // namespace
 }  // namespace slipstream

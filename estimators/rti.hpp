@@ -1,9 +1,9 @@
 // Moving horizon by real-time iteration: the windows of mhe_window.hpp, with a solver of our own in place of a general one.
 //
 // Each step linearises the window at the last solution, moved on by one sample, and solves the quadratic program that results
-// exactly, bounds included (Gauss-Newton: h and f to first order, their curvature left out). The solution is where the next step
-// linearises; its KKT residual, with the functions and Jacobians there, is published. While it is above `enough`, and at most
-// `most_programs` times, the same step solves another program.
+// exactly, bounds included (Gauss-Newton: h and f to first order, their curvature left out). The solution is where the next
+// step linearises; its KKT residual, with the functions and Jacobians there, is published. While it is above `enough`, and at
+// most `most_programs` times, the same step solves another program.
 //
 // The residual is the largest of these, each in units of the newest estimate's standard deviation s (a, c: window_sweep.hpp)
 //
@@ -12,8 +12,8 @@
 // with c_i the forces of the bounds, all of the right sign. Above `acceptable` or not finite, the Kalman update of the last
 // posterior is published with status `fallback`, and the window goes on from where it was.
 //
-// Diehl, Bock, Schloeder, SIAM J. Control Optim. 43 (2005), section 3 (real-time iteration); Kuehl et al., Comput. Chem. Eng. 35
-// (2011) (the same for moving horizons); Albersmeyer, Diehl, SIAM J. Optim. 20 (2010) (lifted Newton: single shooting whose
+// Diehl, Bock, Schloeder, SIAM J. Control Optim. 43 (2005), section 3 (real-time iteration); Kuehl et al., Comput. Chem. Eng.
+// 35 (2011) (the same for moving horizons); Albersmeyer, Diehl, SIAM J. Optim. 20 (2010) (lifted Newton: single shooting whose
 // intermediate states are kept as points of linearisation).
 #pragma once
 
@@ -32,6 +32,19 @@ struct RtiSettings {
   double acceptable = 0.1;  // residual above which it has failed
 };
 
+// How much of a step is taken: all of it, but less where the last one led no nearer, as Gauss-Newton may near a kink.
+class Damping {
+ public:
+  double part() const { return part_; }
+  void judge(double residual) {
+    part_ = residual < 0.9 * before_ ? std::min(1.0, 1.5 * part_) : std::max(0.05, 0.5 * part_);
+    before_ = residual;
+  }
+
+ private:
+  double part_ = 1.0, before_ = std::numeric_limits<double>::infinity();
+};
+
 // What both forms share: the samples and the model along them.
 template <ProcessModel M>
 class RealTimeHorizon : public GaussianEstimator<M> {
@@ -46,7 +59,11 @@ class RealTimeHorizon : public GaussianEstimator<M> {
 
  protected:
   RealTimeHorizon(const Belief<M>& belief, int window, const RtiSettings& settings)
-      : GaussianEstimator<M>(belief), settings_(settings), window_(window), rows_(window + 2), line_(window + 2),
+      : GaussianEstimator<M>(belief),
+        settings_(settings),
+        window_(window),
+        rows_(window + 2),
+        line_(window + 2),
         kept_(static_cast<std::size_t>((window + 2) * n)) {}
 
   // The new sample, where the last state leads to.
@@ -138,12 +155,14 @@ class RtiMhe final : public RealTimeHorizon<M> {
     this->weigh(step, sweep_.prior(last).covariance);
     this->keep();
     this->kkt_residual_ = std::numeric_limits<double>::quiet_NaN();
+    Damping damping;
     for (int programs = 1;; ++programs) {
       const Matrix<double, n> covariance = sweep_.finish();
       sweep_.scale = covariance.diagonal().cwiseSqrt();
       if (!bounds_.solve(sweep_, rows_.size() * n)) break;
-      take_step();
+      take_step(damping.part());
       this->kkt_residual_ = residual();
+      damping.judge(this->kkt_residual_);
       const bool enough = this->kkt_residual_ <= settings_.enough;
       if (enough || programs == settings_.most_programs) {
         if (!(this->kkt_residual_ <= settings_.acceptable)) break;
@@ -164,9 +183,9 @@ class RtiMhe final : public RealTimeHorizon<M> {
     sweep_.arrival = this->estimate_;
   }
 
-  void take_step() {
+  void take_step(double part) {
     for (int i = 0; i < rows_.size(); ++i)
-      for (int r = 0; r < n; ++r) rows_(At::x + r, i) = this->clipped(rows_(At::x + r, i) + sweep_.step(i, r), r);
+      for (int r = 0; r < n; ++r) rows_(At::x + r, i) = this->clipped(rows_(At::x + r, i) + part * sweep_.step(i, r), r);
     line_.evaluate(this->belief_.model, rows_);
   }
 
@@ -201,8 +220,8 @@ class RtiMhe final : public RealTimeHorizon<M> {
 template <int n>
 class BoxProgram {
  public:
-  Matrix<double, n> curvature;            // A
-  Vector<double, n> slope, low, high;     // b; bounds of d
+  Matrix<double, n> curvature;         // A
+  Vector<double, n> slope, low, high;  // b; bounds of d
   Vector<double, n> scale;
 
   bool solve(const Side* side) {
@@ -218,7 +237,8 @@ class BoxProgram {
       }
     }
     for (int k = 0; k < n; ++k)
-      if (side[k] != Side::kFree) a(k, k) = curvature(k, k), b[k] = curvature(k, k) * (side[k] == Side::kLower ? low[k] : high[k]);
+      if (side[k] != Side::kFree)
+        a(k, k) = curvature(k, k), b[k] = curvature(k, k) * (side[k] == Side::kLower ? low[k] : high[k]);
     if (!factorise(a)) return false;
     substitute(a, b);
     for (int k = 0; k < n; ++k)
@@ -294,12 +314,14 @@ class RtiSingleShooting final : public RealTimeHorizon<M> {
     this->keep();
     sums_.append(rows_, line_);
     this->kkt_residual_ = std::numeric_limits<double>::quiet_NaN();
+    Damping damping;
     for (int programs = 1;; ++programs) {
       if (!solve()) break;
       for (int r = 0; r < n; ++r)
         for (int c = 0; c < n; ++c) phi_(r, c) = sums_.phi(r, c);
-      take_step();
+      take_step(damping.part());
       this->kkt_residual_ = condense(staying());
+      damping.judge(this->kkt_residual_);
       const bool enough = this->kkt_residual_ <= settings_.enough;
       if (enough || programs == settings_.most_programs) {
         if (!(this->kkt_residual_ <= settings_.acceptable)) break;
@@ -349,10 +371,10 @@ class RtiSingleShooting final : public RealTimeHorizon<M> {
     }
     return bounds_.solve(box_, n);
   }
-  void take_step() {
+  void take_step(double part) {
     State d;
     for (int r = 0; r < n; ++r) d[r] = box_.value(r);
-    sums_.expand(d, rows_);
+    sums_.expand(d, part, rows_);
     for (int r = 0; r < n; ++r) rows_(At::x + r, 0) = this->clipped(rows_(At::x + r, 0), r);
     line_.evaluate(this->belief_.model, rows_);
   }

@@ -41,9 +41,9 @@ class WindowCondensation {
   explicit WindowCondensation(int most) : blocks_(static_cast<std::size_t>((most + kLanes) / kLanes + 1)) {}
 
   // Sums over the samples from `base` on, which is 0, or 1 where the oldest is about to leave.
-  Matrix<double, n> curvature;                    // A, lower triangle
-  Vector<double, n> slope;                        // b
-  Vector<double, n> pull;                         // a
+  Matrix<double, n> curvature;                                // A, lower triangle
+  Vector<double, n> slope;                                    // b
+  Vector<double, n> pull;                                     // a
   double phi(int r, int c) const { return last_phi_[r][c]; }  // of the newest sample
 
   // All samples. The largest f(x_i) - x_i+1 in units of `scale` goes to `most`.
@@ -65,8 +65,7 @@ class WindowCondensation {
       move_on(line, i, defect);
     }
     int i = 0;
-    if (rows.size() >= kLanes)
-      i = with_widest([&](auto width) { return sum_packs<PackOf<width, kLanes>>(rows, line); });
+    if (rows.size() >= kLanes) i = with_widest([&](auto width) { return sum_packs<PackOf<width, kLanes>>(rows, line); });
     for (; i < rows.size(); ++i) sum(rows, line, i);
   }
   // One sample more, where the last one leads to.
@@ -87,14 +86,14 @@ class WindowCondensation {
   }
   void slide() { ++first_; }
 
-  // x_i += d_i
-  void expand(const Vector<double, n>& d, Rows& rows) const {
+  // x_i += part d_i
+  void expand(const Vector<double, n>& d, double part, Rows& rows) const {
     for (int i = 0; i < rows.size(); ++i) {
       const Block& b = block(i);
       for (int r = 0; r < n; ++r) {
         double way = b.c[r][lane(i)];
         for (int k = 0; k < n; ++k) way += b.phi[r * n + k][lane(i)] * d[k];
-        rows(At::x + r, i) += way;
+        rows(At::x + r, i) += part * way;
       }
     }
   }

@@ -35,10 +35,10 @@ class WindowLinearisation {
   explicit WindowLinearisation(int most) : blocks_(static_cast<std::size_t>((most + kLanes) / kLanes + 1)) {}
 
   // Of sample i.
-  double reach(int i, int r) const { return block(i).reach[r][lane(i)]; }                  // f_r(x_i, u_i+1)
-  double f(int i, int r, int c) const { return block(i).f[r * n + c][lane(i)]; }           // df_r/dx_c
-  double output(int i, int k) const { return block(i).output[k][lane(i)]; }                // h_k(x_i, u_i)
-  double h(int i, int k, int c) const { return block(i).h[k * n + c][lane(i)]; }           // dh_k/dx_c
+  double reach(int i, int r) const { return block(i).reach[r][lane(i)]; }         // f_r(x_i, u_i+1)
+  double f(int i, int r, int c) const { return block(i).f[r * n + c][lane(i)]; }  // df_r/dx_c
+  double output(int i, int k) const { return block(i).output[k][lane(i)]; }       // h_k(x_i, u_i)
+  double h(int i, int k, int c) const { return block(i).h[k * n + c][lane(i)]; }  // dh_k/dx_c
 
   // Likewise of as many samples as a pack has, from i on, which must be the first of a pack of those last evaluated.
   const double* outputs(int i, int k) const { return &block(i).output[k][lane(i)]; }
@@ -113,7 +113,8 @@ class WindowLinearisation {
     Vector<P, n> x;
     Vector<P, M::kInputs> u, u_next;
     for (int r = 0; r < n; ++r) x[r] = P::load(rows.from(At::x + r, i));
-    for (int r = 0; r < M::kInputs; ++r) u[r] = P::load(rows.from(At::u + r, i)), u_next[r] = P::load(rows.from(At::u + r, i + 1));
+    for (int r = 0; r < M::kInputs; ++r)
+      u[r] = P::load(rows.from(At::u + r, i)), u_next[r] = P::load(rows.from(At::u + r, i + 1));
     const Vector<D, n> at = independent(x);
     const P dt_s = P::load(rows.from(At::dt, i + 1));
     const Vector<D, n> to = single_transition(model, at, u_next, dt_s);

@@ -13,7 +13,8 @@ class WindowRows {
   static constexpr int kLanes = 8;  // so many numbers may be loaded from any sample on, those past the end without meaning
 
   // most: samples at a time
-  explicit WindowRows(int most) : stride_(std::max(4 * most, 64) + 2 * kLanes), data_(static_cast<std::size_t>(kRows * stride_)) {}
+  explicit WindowRows(int most)
+      : stride_(std::max(4 * most, 64) + 2 * kLanes), data_(static_cast<std::size_t>(kRows * stride_)) {}
 
   int size() const { return size_; }
   double& operator()(int row, int i) { return data_[index(row, i)]; }

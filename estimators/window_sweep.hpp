@@ -8,10 +8,10 @@
 //              then d = f(x_i) - x_i+1 + F d,  P = F P F' + Q
 //   backwards  a_N = 0;  in reverse  a = F' a;  c = (e - h d)/s - K' a,  a += h c;   d_i = d_i^- + P_i^- a_i
 //
-// a_i is the multiplier of the way into sample i (xbar for i = 0), c of a fixed component the force that holds it. No inverse of
-// P or Q is taken: either may be singular. Cost: linear in the window, cubic in the states.
-// Rao, Wright, Rawlings, JOTA 99 (1998), section 3 (the same recursion for control); Bierman, Factorization Methods for Discrete
-// Sequential Estimation (1977), ch. X (adjoint variables); Joseph's form of the update.
+// a_i is the multiplier of the way into sample i (xbar for i = 0), c of a fixed component the force that holds it. No inverse
+// of P or Q is taken: either may be singular. Cost: linear in the window, cubic in the states. Rao, Wright, Rawlings, JOTA 99
+// (1998), section 3 (the same recursion for control); Bierman, Factorization Methods for Discrete Sequential Estimation (1977),
+// ch. X (adjoint variables); Joseph's form of the update.
 #pragma once
 
 #include <cmath>
@@ -32,11 +32,14 @@ class WindowSweep {
   using At = WindowLayout<M>;
 
   WindowSweep(const Belief<M>& belief, const typename At::Rows& rows, const WindowLinearisation<M>& line, int most)
-      : belief_(belief), rows_(rows), line_(line), stages_(static_cast<std::size_t>(most) + 1),
+      : belief_(belief),
+        rows_(rows),
+        line_(line),
+        stages_(static_cast<std::size_t>(most) + 1),
         applied_(static_cast<std::size_t>(most * n)) {}
 
-  Gaussian<M> arrival;           // xbar, Pbar
-  State scale = State::Ones();   // what the residual and rounding are measured by, per state
+  Gaussian<M> arrival;          // xbar, Pbar
+  State scale = State::Ones();  // what the residual and rounding are measured by, per state
 
   // A new program: forwards without fixed components, up to what is known of the last sample before its measurement.
   void begin() {
@@ -88,14 +91,14 @@ class WindowSweep {
   double upper(int j) const { return belief_.upper[j % n]; }
   double slack(int j) const { return 1e-9 * scale[j % n]; }
 
-  double step(int i, int r) const { return stage(i).d[r]; }        // d_i
-  double adjoint(int i, int r) const { return stage(i).a[r]; }     // a_i
+  double step(int i, int r) const { return stage(i).d[r]; }     // d_i
+  double adjoint(int i, int r) const { return stage(i).a[r]; }  // a_i
 
  private:
   struct Stage {
-    double mean[n], covariance[n][n];             // of d_i, before sample i
-    double gain[m][n], pull[m];                   // K and (e - h d)/s of each output
-    double hold_gain[n][n], hold_pull[n];         // likewise of fixed components
+    double mean[n], covariance[n][n];      // of d_i, before sample i
+    double gain[m][n], pull[m];            // K and (e - h d)/s of each output
+    double hold_gain[n][n], hold_pull[n];  // likewise of fixed components
     double a[n], d[n], force[n];
   };
   const Stage& stage(int i) const { return stages_[static_cast<std::size_t>(i)]; }
@@ -110,8 +113,9 @@ class WindowSweep {
 
   // One output with variance R.
   template <typename H>
-  [[gnu::always_inline]] static inline void absorb(const H& h, double e, double variance, double s_inverse, const double (&ph)[n], double (&mean)[n],
-                     double (&p)[n][n], double (&gain)[n], double& pull) {
+  [[gnu::always_inline]] static inline void absorb(const H& h, double e, double variance, double s_inverse,
+                                                   const double (&ph)[n], double (&mean)[n], double (&p)[n][n],
+                                                   double (&gain)[n], double& pull) {
     double half[n][n], halfh[n];
     pull = e * s_inverse;
     for (int r = 0; r < n; ++r) gain[r] = ph[r] * s_inverse;
@@ -157,13 +161,14 @@ class WindowSweep {
         for (int k = 0; k < n; ++k) {
           const Side side = applied_[static_cast<std::size_t>(i * n + k)];
           if (side == Side::kFree) continue;
-          // Where the others leave nothing of this component, it cannot be moved; a small variance tells what would have to give.
+          // Where the others leave nothing of this component, it cannot be moved; a small variance tells what would have to
+          // give.
           const double variance = std::max(0.0, 1e-10 * s.covariance[k][k] - p[k][k]);
           const double bound = side == Side::kLower ? belief_.lower[k] : belief_.upper[k];
           double ph[n];
           for (int r = 0; r < n; ++r) ph[r] = p[r][k];
-          absorb([&](int c) { return c == k ? 1.0 : 0.0; }, bound - rows_(At::x + k, i) - mean[k], variance, 1.0 / (p[k][k] + variance), ph, mean,
-                 p, s.hold_gain[k], s.hold_pull[k]);
+          absorb([&](int c) { return c == k ? 1.0 : 0.0; }, bound - rows_(At::x + k, i) - mean[k], variance,
+                 1.0 / (p[k][k] + variance), ph, mean, p, s.hold_gain[k], s.hold_pull[k]);
         }
       }
       Stage& next = stages_[static_cast<std::size_t>(i) + 1];

@@ -106,9 +106,27 @@ ModelNames model_names(const Scenario& scenario) {
 
 void read_tuning(TomlTable& t, Tuning& tuning, const ModelNames& names, const AnyProcess& process) {
   using Names = std::vector<std::string>;
-  t.only({"measurement_noise", "measurement_variance", "process_noise", "process_variance", "start", "initial_mean",
-          "initial_variance", "mhe_form", "mhe_solver", "mhe_window", "arrival_weight", "measurement_weight", "pf_particles",
-          "pf_resample_below", "pf_resampling", "pf_recover", "ukf_alpha", "ukf_beta", "ukf_kappa", "ukf_redraw", "model"});
+  t.only({"measurement_noise",
+          "measurement_variance",
+          "process_noise",
+          "process_variance",
+          "start",
+          "initial_mean",
+          "initial_variance",
+          "mhe_form",
+          "mhe_solver",
+          "mhe_window",
+          "arrival_weight",
+          "measurement_weight",
+          "pf_particles",
+          "pf_resample_below",
+          "pf_resampling",
+          "pf_recover",
+          "ukf_alpha",
+          "ukf_beta",
+          "ukf_kappa",
+          "ukf_redraw",
+          "model"});
   t.choice("measurement_noise", tuning.measurement_noise, {"sensors", "given"});
   t.numbers("measurement_variance", tuning.measurement_variance, names.outputs,
             tuning.measurement_noise == "given" ? names.measured : Names{}, positive());

@@ -13,10 +13,12 @@
 
 namespace slipstream {
 
-// A model whose derivative and output take inputs of any scalar, so that several instants with inputs of their own go through at
-// once (pack.hpp), says kInputsOfAnyScalar. The others are evaluated one by one.
+// A model whose derivative and output take inputs of any scalar, so that several instants with inputs of their own go through
+// at once (pack.hpp), says kInputsOfAnyScalar. The others are evaluated one by one.
 template <typename M>
-concept TakesPackedInputs = requires { requires M::kInputsOfAnyScalar; };
+concept TakesPackedInputs = requires {
+  requires M::kInputsOfAnyScalar;
+};
 
 // A model whose equations are a vehicle's own, given its parameters and inputs, may say so: kExactFor, the vehicle's name.
 // Every state that the vehicle names is then one of the model's, and they are all of them (tests/models/process_laws_test.cpp).

@@ -99,7 +99,7 @@ struct EstimatorRecord {
   std::vector<double> nis;                // of what was not gated; NaN where nothing was measured
   std::vector<int> nis_dimension;
   std::vector<double> step_time_us;
-  std::vector<double> kkt_residual;  // NaN where no program was solved
+  std::vector<double> kkt_residual;                       // NaN where no program was solved
   std::map<std::string, InnovationRecord> innovation_of;  // by quantity
   std::map<std::string, SensorRecord> sensors;            // by sensor
 

@@ -1,5 +1,5 @@
-// The steps of EKF, UKF, hierarchical EKF, particle filters and strapdown filters allocate nothing on the heap. The C library's
-// allocator is counted in this whole test program.
+// The steps of EKF, UKF, hierarchical EKF, real-time iteration, particle filters and strapdown filters allocate nothing on the
+// heap. The C library's allocator is counted in this whole test program.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -13,6 +13,7 @@
 #include "estimators/navigation.hpp"
 #include "estimators/particle_filter.hpp"
 #include "estimators/rbpf.hpp"
+#include "estimators/rti.hpp"
 #include "estimators/sqrt_ukf.hpp"
 #include "estimators/ukf.hpp"
 
@@ -92,6 +93,15 @@ TEST(NoHeap, StepsAllocateNothing) {
   const Belief<WheelFriction> first{WheelFriction{}, belief().noise, {1e-3, 5e-4}, false, {0.5, 0.0}, {0.01, 0.04}};
   Hierarchical hierarchical(belief(), first, std::make_unique<Ekf<WheelFriction> >(first));
   EXPECT_EQ(allocations_of_steps(hierarchical), 0);
+  Belief<LongitudinalFriction> bounded = belief();
+  bounded.upper[2] = 0.1;
+  for (const int window : {1, 4, 20}) {
+    EXPECT_EQ(allocations_of_steps(*std::make_unique<RtiMhe<LongitudinalFriction> >(bounded, window)), 0);
+    bounded.noise = {{{0.0, 0.05}, {0.0, 0.05}}};
+    EXPECT_EQ(allocations_of_steps(
+                  *std::make_unique<RtiSingleShooting<LongitudinalFriction> >(bounded, window, Eigen::Vector3d::Ones())),
+              0);
+  }
   for (const Resampling method : {Resampling::kSystematic, Resampling::kStratified, Resampling::kResidual}) {
     const ParticleSettings settings{100, method, 0.5, true};
     const RandomStream random(1, 0, "estimator.pf");

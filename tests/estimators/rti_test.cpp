@@ -142,8 +142,9 @@ struct DenseProgram {
 // All states of samples first ... last by brute force; empty if nothing is within the bounds.
 //   with process noise the states are free, without it they follow from the first one
 std::optional<std::vector<Eigen::Vector2d>> exact_window(const Drive& d, std::size_t first, std::size_t last,
-                                                         const Eigen::Vector2d& arrival, const Eigen::Matrix2d& arrival_information,
-                                                         bool noise, bool bound_all) {
+                                                         const Eigen::Vector2d& arrival,
+                                                         const Eigen::Matrix2d& arrival_information, bool noise,
+                                                         bool bound_all) {
   const auto count = static_cast<Eigen::Index>(last - first + 1), all = 2 * count;
   // x = T y + t
   Eigen::MatrixXd t_y = Eigen::MatrixXd::Identity(all, noise ? all : 2);
@@ -205,7 +206,9 @@ Drive random_drive(RandomStream& random, int samples, bool noise) {
     d.weight[r] = size();
   }
   for (int k = 0; k < samples; ++k)
-    d.samples.push_back({k == 0 ? 0.0 : between(0.1, 1.0), random.normal(), {random.normal(), random.normal()},
+    d.samples.push_back({k == 0 ? 0.0 : between(0.1, 1.0),
+                         random.normal(),
+                         {random.normal(), random.normal()},
                          static_cast<std::uint32_t>(4.0 * random.uniform())});
   return d;
 }
@@ -266,9 +269,8 @@ TEST(RealTimeIteration, RandomWindowsWithProcessNoiseAreExact) {
                                                                                d.inverse_r(first - 1).asDiagonal() *
                                                                                d.belief.model.h;
         const Eigen::Matrix2d after = information.inverse();
-        const Eigen::Vector2d mean =
-            arrival.mean + after * d.belief.model.h.transpose() * d.inverse_r(first - 1).asDiagonal() *
-                               (d.z(first - 1) - d.belief.model.h * arrival.mean);
+        const Eigen::Vector2d mean = arrival.mean + after * d.belief.model.h.transpose() * d.inverse_r(first - 1).asDiagonal() *
+                                                        (d.z(first - 1) - d.belief.model.h * arrival.mean);
         arrival.mean = d.f(first) * mean + d.g(first);
         arrival.covariance = d.f(first) * after * d.f(first).transpose();
         arrival.covariance.diagonal() += d.q(first);
@@ -285,7 +287,8 @@ TEST(RealTimeIteration, RandomWindowsWithProcessNoiseAreExact) {
               tally.fallbacks, tally.active, tally.apart);
 }
 
-// Without process noise the bounds of all samples hang on two numbers: often nothing satisfies them, or some follow from others.
+// Without process noise the bounds of all samples hang on two numbers: often nothing satisfies them, or some follow from
+// others.
 TEST(RealTimeIteration, RandomWindowsWithoutProcessNoiseAreExactOrFallBack) {
   RandomStream random(1001, 0, "windows");
   Tally tally;
@@ -434,8 +437,8 @@ TEST(RealTimeIteration, DataBeyondAllNumbersAreNotPublishedAsValid) {
     for (const bool single : {false, true})
       for (const int output : {0, 1}) {
         const std::unique_ptr<Estimator> e =
-            single ? std::unique_ptr<Estimator>(std::make_unique<RtiSingleShooting<WheelFriction>>(
-                         unimog_belief(), 4, Eigen::Vector2d(1e4, 1e5)))
+            single ? std::unique_ptr<Estimator>(
+                         std::make_unique<RtiSingleShooting<WheelFriction>>(unimog_belief(), 4, Eigen::Vector2d(1e4, 1e5)))
                    : std::make_unique<RtiMhe<WheelFriction>>(unimog_belief(), 4);
         e->start_given();
         EXPECT_EQ(wheel_step(*e, true, 0.5, 1.2), EstimateStatus::kValid);
@@ -470,8 +473,9 @@ TEST(RealTimeIteration, AWindowThatIsNotObservable) {
   }
 }
 
-// The wheel runs into standstill, where its rolling resistance changes sign: not linear. The cost as the document's reader would
-// write it, in the states alone; its slope by differences must vanish where no bound holds and push outwards where one does.
+// The wheel runs into standstill, where its rolling resistance changes sign: not linear. The cost as the document's reader
+// would write it, in the states alone; its slope by differences must vanish where no bound holds and push outwards where one
+// does.
 TEST(RealTimeIteration, ConditionsOfOptimalityHoldAsRecomputed) {
   Belief<LongitudinalFriction> b;
   b.noise = {{{0.0, 0.4}, {0.0, 0.06}}};
@@ -485,7 +489,8 @@ TEST(RealTimeIteration, ConditionsOfOptimalityHoldAsRecomputed) {
   RandomStream random(1005, 0, "drive");
   std::vector<Sample> samples;
   for (int k = 0; k < kSteps; ++k) {
-    samples.push_back({k == 0 ? 0.0 : 0.01 + 0.004 * (k % 3), 1800.0 - 5.0 * k, {20.0 + 0.4 * random.normal(), 1.3}, k % 4 == 2 ? 1U : 3U});
+    samples.push_back(
+        {k == 0 ? 0.0 : 0.01 + 0.004 * (k % 3), 1800.0 - 5.0 * k, {20.0 + 0.4 * random.normal(), 1.3}, k % 4 == 2 ? 1U : 3U});
     const Sample& s = samples.back();
     const std::array<double, 1> u{s.u};
     mhe.step({s.dt_s, u, s.z, s.measured});
@@ -560,8 +565,7 @@ void expect_same_linearisation(const M& model, const Vector<double, M::kStates>&
         for (int r = 0; r < n; ++r) {
           const double size = 1.0 + std::abs(to[r]);
           EXPECT_NEAR(line.reach(i, r), to[r], 1e-12 * size) << M::kName << i;  // rounding: other sines
-          for (int c = 0; c < n; ++c)
-            EXPECT_NEAR(line.f(i, r, c), f(r, c), 1e-12 * (1.0 + std::abs(f(r, c)))) << M::kName << i;
+          for (int c = 0; c < n; ++c) EXPECT_NEAR(line.f(i, r, c), f(r, c), 1e-12 * (1.0 + std::abs(f(r, c)))) << M::kName << i;
           all.push_back(line.reach(i, r));
         }
       }

@@ -208,7 +208,8 @@ std::string bits_of(const Scenario& s) {
   b.put(s.estimator.tuning), b.put(s.estimator.lower_bound), b.put(s.estimator.upper_bound);
   for (const auto& [name, t] : s.estimator.tunings) {
     b.put(name), b.put(t.measurement_noise), b.put(t.measurement_variance), b.put(t.process_noise), b.put(t.process_variance);
-    b.put(t.initial_mean), b.put(t.initial_variance), b.put(t.start), b.put(t.mhe_form), b.put(t.mhe_solver), b.put(std::to_string(t.mhe_window));
+    b.put(t.initial_mean), b.put(t.initial_variance), b.put(t.start), b.put(t.mhe_form), b.put(t.mhe_solver),
+        b.put(std::to_string(t.mhe_window));
     b.put(t.arrival_weight), b.put(t.measurement_weight), b.put(std::to_string(t.pf_particles)), b.put(t.pf_resample_below),
         b.put(std::to_string(t.pf_recover));
     if (t.process) std::visit(put_all, *t.process);

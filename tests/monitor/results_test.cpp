@@ -75,6 +75,30 @@ TEST(ScoresJson, KeepsItsContract) {
   for (const char* key : {"deadline_misses", "messages_lost", "late", "out_of_order", "rejected"}) EXPECT_EQ(e[key], 0) << key;
 }
 
+TEST(ScoresJson, KktResidualsAreThoseOfWhoSolvesPrograms) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const auto scored = [](std::initializer_list<double> residuals) {
+    TestRun t;
+    t.session.handle(t.descriptor);
+    t.session.handle(t.announcement);
+    Utime utime = 0;
+    for (const double residual : residuals) {
+      Estimate e = t.estimate(utime, 0.0);
+      e.kkt_residual = residual;
+      t.session.handle(e);
+      utime += 100000;
+    }
+    const TestResults r(t.session);
+    return Json::parse(scores_json(r.results))["estimators"]["ekf"];
+  };
+  EXPECT_FALSE(scored({-1.0, -1.0}).contains("kkt_residual"));  // solves none
+  EXPECT_FALSE(scored({kNan, kNan}).contains("kkt_residual"));  // found none
+  const Json some = scored({1e-3, kNan, 3e-3, 2e-3})["kkt_residual"];
+  EXPECT_EQ(some["programs"], 3);
+  EXPECT_EQ(some["p50"], 2e-3);
+  EXPECT_EQ(some["max"], 3e-3);
+}
+
 TEST(ScoresJson, UnknownIsNullAndNothingIsNotFinite) {
   TestRun t;
   t.descriptor.truth_names = {"other", "another"};

@@ -145,5 +145,18 @@ TEST(StepTimes, PercentilesAndMisses) {
   EXPECT_TRUE(std::isnan(score_step_times({}, 0.01).p50));
 }
 
+TEST(Residuals, AreOfTheProgramsThatWereSolved) {
+  std::vector<double> residual;
+  for (int i = 100; i >= 1; --i) residual.push_back(1e-3 * i);
+  residual.push_back(kNan);
+  const Residuals r = score_residuals(residual);
+  EXPECT_EQ(r.programs, 100);
+  EXPECT_EQ(r.p50, 0.05);
+  EXPECT_EQ(r.p99, 0.099);
+  EXPECT_EQ(r.max, 0.1);
+  EXPECT_EQ(score_residuals({kNan}).programs, 0);
+  EXPECT_TRUE(std::isnan(score_residuals({}).max));
+}
+
 }  // namespace
 }  // namespace slipstream
