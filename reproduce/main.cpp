@@ -46,10 +46,11 @@ void print_list() {
   }
 }
 
-// By its name, its document or an item: "snow", "002", "001_fig_6", "002_fig_6", "Table 4". An item without a document is one
+// By its name, its document or an item: "snow", "past/unimog_torque", "002", "001_fig_6", "002_fig_6", "Table 4". An item without a document is one
 // of document 002.
 bool is_meant(const Experiment& e, const std::string& name) {
-  return name == e.name || name == e.document || std::any_of(e.items.begin(), e.items.end(), [&](const std::string& item) {
+  return name == e.name || name == e.document || name == e.document + "/" + e.name ||
+          std::any_of(e.items.begin(), e.items.end(), [&](const std::string& item) {
            const std::string stem = file_stem(name);
            return stem == item_stem(e.document, item) || stem == e.document + "_" + file_stem(item);
          });
@@ -84,7 +85,7 @@ std::vector<const Experiment*> chosen(const std::vector<std::string>& names) {
 std::string key_of(const Options& o) {
   std::uint64_t h = hash64(read_text_file("/proc/self/exe"));
   std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(o.scenarios)) files.push_back(entry.path());
+  for (const auto& entry : fs::recursive_directory_iterator(o.scenarios)) files.push_back(entry.path());  // bases, too
   std::sort(files.begin(), files.end());
   for (const fs::path& f : files)
     if (f.extension() == ".toml") h = hash64(read_text_file(f.string()), h);

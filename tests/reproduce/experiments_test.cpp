@@ -55,7 +55,7 @@ TEST(Experiments, NamesAreUniqueAndFitForFiles) {
     EXPECT_EQ(file_stem(e.name), e.name);
     EXPECT_NE(e.run, nullptr);
     EXPECT_FALSE(e.title.empty());
-    const std::map<std::string, int> seeds{{"000", 10}, {"001", e.needs_data ? 20 : 50}, {"002", 20}};
+    const std::map<std::string, int> seeds{{"000", 10}, {"001", e.needs_data ? 20 : 50}, {"002", 20}, {"past", 20}};
     ASSERT_TRUE(seeds.contains(e.document)) << e.name;
     EXPECT_EQ(e.seeds, seeds.at(e.document)) << e.name;
   }
@@ -66,6 +66,7 @@ TEST(Experiments, FileStems) {
   EXPECT_EQ(file_stem("Table 7"), "table_7");
   EXPECT_EQ(item_stem("002", "Fig. 16"), "fig_16");
   EXPECT_EQ(item_stem("001", "Fig. 16"), "001_fig_16");
+  EXPECT_EQ(item_stem("past", "Hill and load"), "past_hill_and_load");
 }
 
 }  // namespace
