@@ -3,8 +3,8 @@
 // race car's on the first 60 s of its drive.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <filesystem>
+#include <cmath>
+#include <cstdio>
 
 #include "io/recorded_files.hpp"
 #include "io/scenario_reader.hpp"
@@ -58,7 +58,7 @@ TyreScores tyre_scores(Scenario scenario, const std::string& algorithm, const st
   s.not_valid = p.fallbacks();
   std::vector<double> nees;
   std::size_t bend = 0;
-  while (seconds(p.utime[bend]) < after_bend_s) ++bend;
+  while (bend + 1 < p.utime.size() && seconds(p.utime[bend]) < after_bend_s) ++bend;
   for (std::size_t k = 0; k < p.estimates.size(); ++k) {
     std::vector<double> error;
     for (std::size_t i = 0; i < 5; ++i) error.push_back(p.estimates[k].mean[i] - truth[i][k]);
@@ -79,10 +79,10 @@ TyreScores tyre_scores(Scenario scenario, const std::string& algorithm, const st
 }
 
 std::vector<TyreScores> over_seeds(const std::string& name, const std::string& algorithm, const std::string& tuning,
-                                   double after_bend_s, bool drawn, int seeds = kSeeds) {
+                                   double after_bend_s, bool drawn) {
   const Scenario scenario = shipped(name);
   std::vector<TyreScores> all;
-  for (int seed = 1; seed <= seeds; ++seed) all.push_back(tyre_scores(scenario, algorithm, tuning, after_bend_s, seed, drawn));
+  for (int seed = 1; seed <= kSeeds; ++seed) all.push_back(tyre_scores(scenario, algorithm, tuning, after_bend_s, seed, drawn));
   return all;
 }
 
@@ -154,12 +154,15 @@ TEST_P(TyreParameters, CovarianceIsHonest) {
   }
 }
 
+// A moving horizon solves a program a step: one seed, and no more of the drive than is scored.
 TEST_P(TyreParameters, UnscentedFilterAndMovingHorizonFindThemToo) {
+  Scenario scenario = shipped(GetParam().name);
+  scenario.run.duration_s = GetParam().after_bend_s;
   for (const char* algorithm : {"ukf", "mhe"}) {
-    const auto all = over_seeds(GetParam().name, algorithm, "wrong_start", GetParam().after_bend_s, false, 1);
-    EXPECT_LE(all[0].front_off, 0.10) << algorithm;
-    EXPECT_LE(all[0].rear_off, 0.10) << algorithm;
-    EXPECT_EQ(all[0].not_valid, 0U) << algorithm;
+    const TyreScores s = tyre_scores(scenario, algorithm, "wrong_start", GetParam().after_bend_s, 1, false);
+    EXPECT_LE(s.front_off, 0.10) << algorithm;
+    EXPECT_LE(s.rear_off, 0.10) << algorithm;
+    EXPECT_EQ(s.not_valid, 0U) << algorithm;
   }
 }
 
@@ -200,7 +203,7 @@ TEST(RaceCar, SideslipIsKnownToLessThanHalfADegree) {
   if (race_folder().empty()) GTEST_SKIP() << "no recorded drives: SLIPSTREAM_DATA is not set";
   const double ours = race_rmse_deg("race_car", "matched");
   std::printf("race car: sideslip RMSE %.4f deg, linear bicycle %.4f deg\n", ours, race_rmse_deg("race_car_linear", "fixed"));
-  EXPECT_LE(ours, 0.46);
+  EXPECT_LE(ours, 0.46);  // the bar of the bench; 0.279 when it was written
 }
 
 }  // namespace
