@@ -1,5 +1,5 @@
-// Past chapter 6: tyre parameters that respond, on a car with nonlinear tyres, load transfer, roll and combined slip, against the
-// linear bicycle filter of the document; and the same filters on a recorded race car.
+// Past chapter 6: tyre parameters that respond, on a car with nonlinear tyres, load transfer, roll and combined slip, against
+// the linear bicycle filter of the document; and the same filters on a recorded race car.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -57,9 +57,10 @@ Row barred(Row row, double bar, Aim aim) {
 
 void consistency_row(const std::string& item, const std::string& what, const std::vector<double>& nees, Outcome& o) {
   const Consistency c = score_consistency(nees, static_cast<int>(kScored.size()));
-  Row row = reported(item, "NEES " + what + ", EKF", "", {c.mean},
-                     fmt::format("of v_y, w_z, both cornering coefficients and friction: 5 expected, 95 % band {:.2f} to {:.2f}",
-                                 c.band.low, c.band.high));
+  Row row =
+      reported(item, "NEES " + what + ", EKF", "", {c.mean},
+               fmt::format("of v_y, w_z, both cornering coefficients and friction: 5 expected, 95 % band {:.2f} to {:.2f}",
+                           c.band.low, c.band.high));
   row.runs = static_cast<int>(nees.size());
   row.verdict = c.within ? "inside the 95 % band" : c.mean < c.band.low ? "below the 95 % band" : "above the 95 % band";
   o.rows.push_back(row);
@@ -69,13 +70,14 @@ Sketch& parameter_panel(Sketch& s, const Played& p, const std::vector<const Trac
                         const std::string& label, Band range) {
   two_sigma(s.panel(label, 220).range(range.low, range.high), "EKF, 2 sigma", *tracks.front(), state, "#0072B2");
   s.line("truth", p.truth_t_s, p.truth_of(state), kTruthStyle);
-  for (std::size_t k = 0; k < tracks.size(); ++k) s.line(tracks[k]->label, tracks[k]->t_s, tracks[k]->of(state), line_of(k, 1.5));
+  for (std::size_t k = 0; k < tracks.size(); ++k)
+    s.line(tracks[k]->label, tracks[k]->t_s, tracks[k]->of(state), line_of(k, 1.5));
   return s;
 }
 
 struct Manoeuvre {
   std::string item, title, scenario;
-  double after_bend_s;  // the steering is straight again after the first bend
+  double after_bend_s;         // the steering is straight again after the first bend
   Band coefficient, friction;  // axes
 };
 
@@ -110,10 +112,11 @@ void manoeuvre(const Bench& bench, const Manoeuvre& m, Outcome& o) {
   const char* const who[] = {"EKF from a wrong start", "EKF from drawn starts", "UKF from a wrong start"};
   for (std::size_t k = 0; k < 3; ++k) {
     for (std::size_t i = 0; i < 2; ++i)
-      o.rows.push_back(barred(reported(m.item, fmt::format("error of the {} cornering stiffness after one bend, {}",
-                                                           i == 0 ? "front" : "rear", who[k]),
-                                       "%", columns[3 * k + i], "the document's estimates hardly responded"),
-                              10.0, Aim::kLow));
+      o.rows.push_back(barred(
+          reported(m.item,
+                   fmt::format("error of the {} cornering stiffness after one bend, {}", i == 0 ? "front" : "rear", who[k]),
+                   "%", columns[3 * k + i], "the document's estimates hardly responded"),
+          10.0, Aim::kLow));
     o.rows.push_back(reported(m.item, fmt::format("error of the friction at the end, {}", who[k]), "%", columns[3 * k + 2]));
   }
   // Beside the better of the two linear filters.
@@ -123,7 +126,8 @@ void manoeuvre(const Bench& bench, const Manoeuvre& m, Outcome& o) {
   for (std::size_t k = 0; k < 3; ++k) {
     Row row = judged(m.item, fmt::format("sideslip RMSE, {}", names[k]), "deg", Printed(median(theirs), 0.0), Aim::kLow,
                      columns[9 + k], "the linear filter knows the slopes");
-    row.verdict += "; " + against_bar(0.5, Aim::kLow, median(columns[9 + k]) / median(theirs)) + " (a fraction of the linear filter's)";
+    row.verdict +=
+        "; " + against_bar(0.5, Aim::kLow, median(columns[9 + k]) / median(theirs)) + " (a fraction of the linear filter's)";
     row.note = "beside it: the better linear bicycle filter, which starts with the true slopes, on the same readings";
     o.rows.push_back(row);
   }
@@ -138,7 +142,8 @@ void manoeuvre(const Bench& bench, const Manoeuvre& m, Outcome& o) {
   parameter_panel(tyres, first, ours, "rear_cornering_prad", "rear (1/rad)", m.coefficient);
   parameter_panel(tyres, first, ours, "friction", "friction", m.friction);
   o.figures.push_back(tyres.finish(
-      "Cornering coefficients (slope of an axle's force by its load) and friction, from a first guess that is too high. The slopes are seen with the "
+      "Cornering coefficients (slope of an axle's force by its load) and friction, from a first guess that is too high. The "
+      "slopes are seen with the "
       "first bend; friction only where the tyres yield, and until then its band stays as wide as it was believed. Seed 1."));
   Sketch slip(m.item + ", sideslip", m.title + ": sideslip", first.truth_t_s.back());
   slip.panel("sideslip (deg)", 320);
@@ -147,8 +152,8 @@ void manoeuvre(const Bench& bench, const Manoeuvre& m, Outcome& o) {
   const Sideslip truth = sideslip_deg(first, first.tracks[0]);
   slip.line("truth", first.tracks[0].t_s, truth.truth, kTruthStyle);
   slip.panel("friction used", 160).range(0.0, 1.0).line("truth", first.truth_t_s, first.truth_of("friction_used"), kTruthStyle);
-  o.figures.push_back(slip.finish(
-      "The linear filter takes a yielding tyre for a soft one, or for one that slips less than it does. Seed 1."));
+  o.figures.push_back(
+      slip.finish("The linear filter takes a yielding tyre for a soft one, or for one that slips less than it does. Seed 1."));
 }
 
 // Gentle steering tells the slopes, but not the friction.
@@ -172,11 +177,12 @@ void unexcited(const Bench& bench, Outcome& o) {
   });
   o.rows.push_back(reported("Slalom", "gentle steering: deviation of the friction at the end, of the start's", "", columns[0],
                             "1: nothing was learnt, and the filter says so"));
-  o.rows.push_back(reported("Slalom", "gentle steering: how far the friction has moved, in deviations of the start", "", columns[1],
-                            "0: it does not drift"));
+  o.rows.push_back(reported("Slalom", "gentle steering: how far the friction has moved, in deviations of the start", "",
+                            columns[1], "0: it does not drift"));
   for (std::size_t i = 0; i < 2; ++i)
-    o.rows.push_back(barred(reported("Slalom", fmt::format("gentle steering: error of the {} cornering stiffness after one bend, EKF",
-                                                           i == 0 ? "front" : "rear"),
+    o.rows.push_back(barred(reported("Slalom",
+                                     fmt::format("gentle steering: error of the {} cornering stiffness after one bend, EKF",
+                                                 i == 0 ? "front" : "rear"),
                                      "%", columns[2 + i]),
                             10.0, Aim::kLow));
   consistency_row("Slalom", "at the end, gentle steering, drawn starts", nees_end, o);
@@ -211,11 +217,13 @@ void reproduce_race_car(const Bench& bench, Outcome& o) {
                          {"ekf", "repository", "linear, repository", &linear}},
                         &streams);
   const std::string note =
-      "0.46 is what a linear single-track Kalman filter attains with stiffnesses that fit this drive, as the README beside the data says; ours were "
+      "0.46 is what a linear single-track Kalman filter attains with stiffnesses that fit this drive, as the README beside the "
+      "data says; ours were "
       "chosen on the first 60 s of 275 s";
   for (const Track& t : p.tracks) {
     const Sideslip b = sideslip_deg(p, t);
-    Row row = judged(kItem, "sideslip RMSE, " + t.label, "deg", Printed("0.46"), Aim::kLow, {b.rmse()}, "see the scenario", note);
+    Row row =
+        judged(kItem, "sideslip RMSE, " + t.label, "deg", Printed("0.46"), Aim::kLow, {b.rmse()}, "see the scenario", note);
     row.verdict = against_bar(0.46, Aim::kLow, b.rmse());
     o.rows.push_back(row);
     const std::size_t from = row_after(t, 60.0);
@@ -232,7 +240,8 @@ void reproduce_race_car(const Bench& bench, Outcome& o) {
   slip.panel("sideslip (deg)", 360).line("GNSS and INS", p.tracks[0].t_s, b.truth, kMeasuredStyle);
   for (const std::size_t k : {0U, 3U})
     slip.line(p.tracks[k].label, p.tracks[k].t_s, sideslip_deg(p, p.tracks[k]).estimate, line_of(k, 1.2));
-  o.figures.push_back(slip.finish("A Ferrari 250 LM, Targa Sixty-Six 2014. Everything was chosen on what is left of the mark at 60 s."));
+  o.figures.push_back(
+      slip.finish("A Ferrari 250 LM, Targa Sixty-Six 2014. Everything was chosen on what is left of the mark at 60 s."));
 }
 
 }  // namespace slipstream

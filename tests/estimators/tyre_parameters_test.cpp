@@ -1,6 +1,6 @@
-// Tyre parameters that respond: cornering coefficients, friction and sideslip on the nonlinear car, against the linear bicycle filter
-// of document 002's chapter 6; and on a recorded race car. Medians over seeds 1 to 20; tunings were chosen on seeds from 1000, the
-// race car's on the first 60 s of its drive.
+// Tyre parameters that respond: cornering coefficients, friction and sideslip on the nonlinear car, against the linear bicycle
+// filter of document 002's chapter 6; and on a recorded race car. Medians over seeds 1 to 20; tunings were chosen on seeds from
+// 1000, the race car's on the first 60 s of its drive.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,8 +36,8 @@ struct TyreScores {
   double sideslip_deg = 0.0;
   double front_off = 0.0, rear_off = 0.0;  // of the coefficients after the first bend, of their truth
   double friction_off = 0.0;               // at the end
-  double friction_sigma = 0.0;                                       // at the end, of the start's
-  double friction_moved = 0.0;                                       // in deviations of the start
+  double friction_sigma = 0.0;             // at the end, of the start's
+  double friction_moved = 0.0;             // in deviations of the start
   double nees_mean = 0.0, nees_end = 0.0;  // of v_y, w_z, k_1, k_2, mu: dimension 5
   std::size_t not_valid = 0;
 };
@@ -46,8 +46,8 @@ constexpr std::array<const char*, 5> kTrue{"lateral_speed_mps", "yaw_rate_radps"
                                            "friction"};
 constexpr std::array<std::size_t, 5> kScored{0, 1, 2, 3, 4};
 
-TyreScores tyre_scores(Scenario scenario, const std::string& algorithm, const std::string& tuning, double after_bend_s, int seed,
-                       bool drawn) {
+TyreScores tyre_scores(Scenario scenario, const std::string& algorithm, const std::string& tuning, double after_bend_s,
+                       int seed, bool drawn) {
   scenario.run.seed = static_cast<std::uint64_t>(seed);
   if (drawn) draw_start(scenario, tuning);
   const Played p = play(scenario, algorithm, tuning);
@@ -131,8 +131,8 @@ TEST_P(TyreParameters, CorneringStiffnessIsFoundWithinOneBend) {
 }
 
 TEST_P(TyreParameters, SideslipErrorIsAtMostHalfOfTheLinearBicyclesFilter) {
-  const double ours = median_of(over_seeds(GetParam().name, "ekf", "matched", GetParam().after_bend_s, true),
-                                &TyreScores::sideslip_deg);
+  const double ours =
+      median_of(over_seeds(GetParam().name, "ekf", "matched", GetParam().after_bend_s, true), &TyreScores::sideslip_deg);
   const std::string linear = std::string(GetParam().name) + "_linear";
   for (const char* tuning : {"matched", "fixed"}) {
     const double theirs = linear_sideslip_deg(linear, tuning);
@@ -141,9 +141,9 @@ TEST_P(TyreParameters, SideslipErrorIsAtMostHalfOfTheLinearBicyclesFilter) {
   }
 }
 
-// 20 runs whose starts are drawn from the initial distribution: at the end of each, NEES is one chi-square number with 5 degrees of freedom,
-// and chi-square(100) / 20 has 95 % of its mass in [3.71, 6.48]. The mean along a run, of numbers that depend on each other, is held to
-// the same band.
+// 20 runs whose starts are drawn from the initial distribution: at the end of each, NEES is one chi-square number with 5
+// degrees of freedom, and chi-square(100) / 20 has 95 % of its mass in [3.71, 6.48]. The mean along a run, of numbers that
+// depend on each other, is held to the same band.
 TEST_P(TyreParameters, CovarianceIsHonest) {
   const auto all = over_seeds(GetParam().name, "ekf", "matched", GetParam().after_bend_s, true);
   std::printf("%s: NEES along the run %.2f, at the end %.2f\n", GetParam().name, mean_of(all, &TyreScores::nees_mean),
@@ -173,10 +173,10 @@ INSTANTIATE_TEST_SUITE_P(Manoeuvres, TyreParameters, testing::ValuesIn(kManoeuvr
 // estimate stays with it, and the covariance holds the truth although the start is drawn; the slopes are found as before.
 TEST(TyreParametersUnexcited, WhatCannotBeKnownStaysWideAndDoesNotDrift) {
   const auto all = over_seeds("slalom_gentle", "ekf", "matched", 2.1, true);
-  std::printf("slalom_gentle: friction's deviation at the end %.3f of the start's, moved by %.3f; front %.3f rear %.3f; NEES %.2f\n",
-              median_of(all, &TyreScores::friction_sigma), median_of(all, &TyreScores::friction_moved),
-              median_of(all, &TyreScores::front_off), median_of(all, &TyreScores::rear_off),
-              mean_of(all, &TyreScores::nees_end));
+  std::printf(
+      "slalom_gentle: friction's deviation at the end %.3f of the start's, moved by %.3f; front %.3f rear %.3f; NEES %.2f\n",
+      median_of(all, &TyreScores::friction_sigma), median_of(all, &TyreScores::friction_moved),
+      median_of(all, &TyreScores::front_off), median_of(all, &TyreScores::rear_off), mean_of(all, &TyreScores::nees_end));
   EXPECT_GT(median_of(all, &TyreScores::friction_sigma), 0.95);
   EXPECT_LT(median_of(all, &TyreScores::friction_moved), 0.2);  // of its deviation
   EXPECT_LE(median_of(all, &TyreScores::front_off), 0.10);
@@ -197,8 +197,8 @@ double race_rmse_deg(const std::string& name, const std::string& tuning) {
       play(scenario, "ekf", tuning, std::make_unique<RecordedDrive>(load_recorded(scenario, race_folder()), 0.0)));
 }
 
-// 0.46 degrees is what a linear single-track Kalman filter attains with stiffnesses that were fitted to this half (the README beside the
-// data); the answer zero has 1.43 degrees.
+// 0.46 degrees is what a linear single-track Kalman filter attains with stiffnesses that were fitted to this half (the README
+// beside the data); the answer zero has 1.43 degrees.
 TEST(RaceCar, SideslipIsKnownToLessThanHalfADegree) {
   if (race_folder().empty()) GTEST_SKIP() << "no recorded drives: SLIPSTREAM_DATA is not set";
   const double ours = race_rmse_deg("race_car", "matched");

@@ -93,8 +93,9 @@ TEST(LateralTyre, CombinedForcesLieOnTheFrictionCircleAtThePeak) {
 
 // --- The car ----------------------------------------------------------------------------------------------------------
 
-// Small angles: delta = L / R + K a_y with the understeer gradient K = (1/k_1 - 1/k_2) / g, so w_z = v delta / (L + K v^2), and the rear
-// tyre slips by a_y / (k_2 g): v_y = a_2 w_z - v a_y / (k_2 g). Gillespie, Fundamentals of Vehicle Dynamics, eqs 6-15 and 6-16.
+// Small angles: delta = L / R + K a_y with the understeer gradient K = (1/k_1 - 1/k_2) / g, so w_z = v delta / (L + K v^2), and
+// the rear tyre slips by a_y / (k_2 g): v_y = a_2 w_z - v a_y / (k_2 g). Gillespie, Fundamentals of Vehicle Dynamics, eqs 6-15
+// and 6-16.
 TEST(TwoTrack, SteadyTurnHasTheUndersteerGradientOfItsTyres) {
   const struct {
     double v, delta, k_1, k_2;
@@ -108,7 +109,8 @@ TEST(TwoTrack, SteadyTurnHasTheUndersteerGradientOfItsTyres) {
     const double w_z = c.v * c.delta / (length + gradient * c.v * c.v), a_y = c.v * w_z;
     const double v_y = car.car.chassis.rear_axle_m * w_z - c.v * a_y / (c.k_2 * kGravity_mps2);
     const State x = integrated(car, car.initial_state(), 20.0);
-    // The tyre bends by (B t)^2, t < 1e-3: 1e-5; a wheel's load is 1e-4 off because it fades out smoothly (eps^2 / 4, eps = 2 %).
+    // The tyre bends by (B t)^2, t < 1e-3: 1e-5; a wheel's load is 1e-4 off because it fades out smoothly (eps^2 / 4, eps = 2
+    // %).
     EXPECT_NEAR(x[2], w_z, 1e-3 * std::abs(w_z));
     EXPECT_NEAR(x[1], v_y, 1e-3 * std::abs(c.v * a_y / (c.k_2 * kGravity_mps2)) + 1e-3 * std::abs(w_z));
     EXPECT_NEAR(x[0], c.v, 1e-5);
@@ -116,7 +118,8 @@ TEST(TwoTrack, SteadyTurnHasTheUndersteerGradientOfItsTyres) {
 }
 
 // In a steady hard turn: the wheels carry the weight, the moment of what they carry about the road's centre line is that of
-// the lateral force and of the body's lean, and the accelerometer reads a_y cos phi + g sin phi with K phi = m h a_y + m g h phi.
+// the lateral force and of the body's lean, and the accelerometer reads a_y cos phi + g sin phi with K phi = m h a_y + m g h
+// phi.
 TEST(TwoTrack, LoadsCarryTheWeightAndBalanceTheRollMoment) {
   const TwoTrack car = steady(1.9, 0.35);
   const Chassis& c = car.car.chassis;
@@ -235,7 +238,8 @@ TEST(LateralTyres, IsTheVehicleInASteadyTurn) {
     const Vector<double, 3> u(delta, true_value(car, x, "wheel_speed_radps"), true_value(car, x, "a_x_mps2"));
     const auto rate = model.derivative<double>(belief_of(x, car), u);
     const double a_y = true_value(car, x, "a_y_mps2");
-    // Pitch is a_x's alone, to which the steered drag's cosine is missing (delta^2 / 2 of a_x), and cos phi is 1: per mille of a_y.
+    // Pitch is a_x's alone, to which the steered drag's cosine is missing (delta^2 / 2 of a_x), and cos phi is 1: per mille of
+    // a_y.
     EXPECT_NEAR(rate[0], 0.0, 2e-3 * std::abs(a_y)) << delta;
     EXPECT_NEAR(rate[1], 0.0, 2e-3 * std::abs(a_y) / 0.1) << delta;
     EXPECT_NEAR(model.output<double>(belief_of(x, car), u)[0], a_y, 2e-3 * std::abs(a_y)) << delta;
