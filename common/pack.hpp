@@ -180,8 +180,8 @@ template <int W, int N>
 PackOf<W, N> abs(const PackOf<W, N>& a) {
   return select_less(a, 0.0, -a, a);
 }
-// atan(a) = 8 atan(y): y = a / (1 + sqrt(1 + a^2)) halves the angle, and three times brings |y| below tan(pi/16) = 0.199. There the
-// series of the arc tangent, to the eleventh term: what is left out is below 1e-17. Within 2 units of the last digit.
+// atan(a) = 8 atan(y): y = a / (1 + sqrt(1 + a^2)) halves the angle; three times brings |y| below tan(pi/16) = 0.199. There its
+// series to the eleventh term: what is left out is below 1e-17. Within 3 units of the last digit.
 template <int W, int N>
 PackOf<W, N> atan(const PackOf<W, N>& a) {
   PackOf<W, N> y = clamp(a, -1e100, 1e100);  // whose square is finite; the angle is pi/2 to the last bit

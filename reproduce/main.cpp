@@ -85,7 +85,7 @@ std::vector<const Experiment*> chosen(const std::vector<std::string>& names) {
 std::string key_of(const Options& o) {
   std::uint64_t h = hash64(read_text_file("/proc/self/exe"));
   std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(o.scenarios)) files.push_back(entry.path());
+  for (const auto& entry : fs::recursive_directory_iterator(o.scenarios)) files.push_back(entry.path());  // bases, too
   std::sort(files.begin(), files.end());
   for (const fs::path& f : files)
     if (f.extension() == ".toml") h = hash64(read_text_file(f.string()), h);

@@ -16,6 +16,9 @@ void reproduce_recorded(const Bench& bench, Outcome& o);
 void reproduce_circle(const Bench& bench, Outcome& o);
 void reproduce_lane_change(const Bench& bench, Outcome& o);
 void reproduce_track(const Bench& bench, Outcome& o);
+void reproduce_lateral_track(const Bench& bench, Outcome& o);
+void reproduce_slalom(const Bench& bench, Outcome& o);
+void reproduce_race_car(const Bench& bench, Outcome& o);
 void reproduce_drivetrain(const Bench& bench, Outcome& o);
 void reproduce_unimog_particles(const Bench& bench, Outcome& o);
 void reproduce_unimog(const Bench& bench, Outcome& o);
@@ -41,6 +44,7 @@ constexpr const char* kChapter3 = "Chapter 3: fundamentals";
 constexpr const char* kChapter4 = "Chapter 4: particle filter on snow";
 constexpr const char* kChapter5 = "Chapter 5: scale car, hierarchical observer";
 constexpr const char* kChapter6 = "Chapter 6: lateral dynamics";
+constexpr const char* kPastLateral = "Lateral dynamics with nonlinear tyres, past chapter 6";
 constexpr const char* kChapter7 = "Chapter 7: Unimog";
 constexpr const char* kPastUnimog = "Friction of the Unimog, past chapter 7";
 constexpr const char* kConsistency = "What the estimators claim, and what can be known";
@@ -106,10 +110,17 @@ const std::vector<Experiment>& experiments() {
        {"Consistency", "Eq. 5.5", "Observability"},
        1.6,
        reproduce_consistency},
+<<<<<<< HEAD
       {"past", "unimog_torque", kPastUnimog, "Friction that follows the torque", {"Torque and friction"}, 0.1,
        reproduce_unimog_torque},
       {"past", "unimog_grade", kPastUnimog, "An unknown hill, an unknown load, braking", {"Hill and load"}, 0.1,
        reproduce_unimog_grade},
+=======
+      {"past", "lateral_track", kPastLateral, "Tyre parameters that respond: the standard track", {"Lateral track"}, 0.3,
+       reproduce_lateral_track},
+      {"past", "slalom", kPastLateral, "Tyre parameters that respond: a slalom", {"Slalom"}, 0.2, reproduce_slalom},
+      {"past", "race_car", kPastLateral, "Sideslip of a recorded race car", {"Race car"}, 0.1, reproduce_race_car, true},
+>>>>>>> h-lat
   };
   return all;
 }

@@ -1,8 +1,8 @@
 // The forces of four tyres on a car in plane motion: what the plant and an estimator's model share.
 //
-//   v_i = (v_x - w_z y_i, v_y + w_z x_i),   (v_along, v_aside) = v_i in the wheel's axes,   t_i = -v_aside / sqrt(v_along^2 +
-//   eps^2) F_z,i = F_j / 2 -+ K_j lambda / w +- P / 2,   F_x, F_y of parts/lateral_tyre.hpp,   (X_i, Y_i) the same turned by
-//   the steering m a_x = sum X_i,   m a_y = sum Y_i,   I_z w_z' = sum (x_i Y_i - y_i X_i)
+//   v_i = (v_x - w_z y_i, v_y + w_z x_i), in the wheel's axes (v_along, v_aside);   t_i = -v_aside / sqrt(v_along^2 + eps^2)
+//   F_z,i = F_j / 2 -+ K_j lambda / w +- P / 2;   F_x, F_y: lateral_tyre.hpp, and turned by the steering (X_i, Y_i)
+//   m a_x = sum X_i,   m a_y = sum Y_i,   I_z w_z' = sum (x_i Y_i - y_i X_i)
 //
 // Wheel i stands at (x_i, y_i) = (a_1 or -a_2, +-w/2) of axle j. lambda is the roll angle that the springs and dampers answer
 // to (phi + c_x phi' / K), P the load that pitch puts on the front axle, N. What drives and what brakes is shared among the

@@ -41,6 +41,16 @@ Numbers random_numbers(const char* name) {
   return x;
 }
 
+TEST(Pack, ArcTangentIsThatOfTheLibrary) {
+  for (double x = 1e-9; x < 1e9; x *= 1.7) {
+    const Pack y = atan(Pack(x)), minus = atan(Pack(-x));
+    EXPECT_NEAR(y[0], std::atan(x), 7e-16 * std::atan(x)) << x;  // 3 units of the last digit
+    EXPECT_EQ(minus[0], -y[0]);
+  }
+  EXPECT_EQ(atan(Pack(0.0))[0], 0.0);
+  EXPECT_NEAR(atan(Pack(1e300))[0], 1.5707963267948966, 7e-16);
+}
+
 TEST(Pack, EveryWidthHasTheBitsOfPlainNumbers) {
   const Numbers a = random_numbers("a"), b = random_numbers("b");
   for (const int at_most : {2, 4, 8}) {

@@ -1,10 +1,10 @@
-// Tyre parameters that respond: cornering coefficients, friction and sideslip on the nonlinear car, against the linear bicycle filter
-// of document 002's chapter 6; and on a recorded race car. Medians over seeds 1 to 20; tunings were chosen on seeds from 1000, the
-// race car's on the first 60 s of its drive.
+// Tyre parameters that respond: cornering coefficients, friction and sideslip on the nonlinear car, against the linear bicycle
+// filter of document 002's chapter 6; and on a recorded race car. Medians over seeds 1 to 20; tunings were chosen on seeds from
+// 1000, the race car's on the first 60 s of its drive.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <filesystem>
+#include <cmath>
+#include <cstdio>
 
 #include "io/recorded_files.hpp"
 #include "io/scenario_reader.hpp"
@@ -36,7 +36,8 @@ struct TyreScores {
   double sideslip_deg = 0.0;
   double front_off = 0.0, rear_off = 0.0;  // of the coefficients after the first bend, of their truth
   double friction_off = 0.0;               // at the end
-  double front_sigma = 0.0, rear_sigma = 0.0, friction_sigma = 0.0;  // at the end, of the start's
+  double friction_sigma = 0.0;             // at the end, of the start's
+  double friction_moved = 0.0;             // in deviations of the start
   double nees_mean = 0.0, nees_end = 0.0;  // of v_y, w_z, k_1, k_2, mu: dimension 5
   std::size_t not_valid = 0;
 };
@@ -45,8 +46,8 @@ constexpr std::array<const char*, 5> kTrue{"lateral_speed_mps", "yaw_rate_radps"
                                            "friction"};
 constexpr std::array<std::size_t, 5> kScored{0, 1, 2, 3, 4};
 
-TyreScores tyre_scores(Scenario scenario, const std::string& algorithm, const std::string& tuning, double after_bend_s, int seed,
-                       bool drawn) {
+TyreScores tyre_scores(Scenario scenario, const std::string& algorithm, const std::string& tuning, double after_bend_s,
+                       int seed, bool drawn) {
   scenario.run.seed = static_cast<std::uint64_t>(seed);
   if (drawn) draw_start(scenario, tuning);
   const Played p = play(scenario, algorithm, tuning);
@@ -57,7 +58,7 @@ TyreScores tyre_scores(Scenario scenario, const std::string& algorithm, const st
   s.not_valid = p.fallbacks();
   std::vector<double> nees;
   std::size_t bend = 0;
-  while (seconds(p.utime[bend]) < after_bend_s) ++bend;
+  while (bend + 1 < p.utime.size() && seconds(p.utime[bend]) < after_bend_s) ++bend;
   for (std::size_t k = 0; k < p.estimates.size(); ++k) {
     std::vector<double> error;
     for (std::size_t i = 0; i < 5; ++i) error.push_back(p.estimates[k].mean[i] - truth[i][k]);
@@ -71,15 +72,17 @@ TyreScores tyre_scores(Scenario scenario, const std::string& algorithm, const st
     return std::sqrt(p.estimates.back().covariance[i * (LateralTyres::kStates + 1)] / start.at(kTrue[i]));
   };
   s.front_off = off(2, bend), s.rear_off = off(3, bend), s.friction_off = off(4, p.estimates.size() - 1);
-  s.front_sigma = shrunk(2), s.rear_sigma = shrunk(3), s.friction_sigma = shrunk(4);
+  s.friction_sigma = shrunk(4);
+  s.friction_moved = std::abs(p.estimates.back().mean[4] - scenario.estimator.tunings.at(tuning).initial_mean.at("friction")) /
+                     std::sqrt(start.at("friction"));
   return s;
 }
 
 std::vector<TyreScores> over_seeds(const std::string& name, const std::string& algorithm, const std::string& tuning,
-                                   double after_bend_s, bool drawn, int seeds = kSeeds) {
+                                   double after_bend_s, bool drawn) {
   const Scenario scenario = shipped(name);
   std::vector<TyreScores> all;
-  for (int seed = 1; seed <= seeds; ++seed) all.push_back(tyre_scores(scenario, algorithm, tuning, after_bend_s, seed, drawn));
+  for (int seed = 1; seed <= kSeeds; ++seed) all.push_back(tyre_scores(scenario, algorithm, tuning, after_bend_s, seed, drawn));
   return all;
 }
 
@@ -128,8 +131,8 @@ TEST_P(TyreParameters, CorneringStiffnessIsFoundWithinOneBend) {
 }
 
 TEST_P(TyreParameters, SideslipErrorIsAtMostHalfOfTheLinearBicyclesFilter) {
-  const double ours = median_of(over_seeds(GetParam().name, "ekf", "matched", GetParam().after_bend_s, true),
-                                &TyreScores::sideslip_deg);
+  const double ours =
+      median_of(over_seeds(GetParam().name, "ekf", "matched", GetParam().after_bend_s, true), &TyreScores::sideslip_deg);
   const std::string linear = std::string(GetParam().name) + "_linear";
   for (const char* tuning : {"matched", "fixed"}) {
     const double theirs = linear_sideslip_deg(linear, tuning);
@@ -138,9 +141,9 @@ TEST_P(TyreParameters, SideslipErrorIsAtMostHalfOfTheLinearBicyclesFilter) {
   }
 }
 
-// 20 runs whose starts are drawn from the initial distribution: at the end of each, NEES is one chi-square number with 5 degrees of freedom,
-// and chi-square(100) / 20 has 95 % of its mass in [3.71, 6.48]. The mean along a run, of numbers that depend on each other, is held to
-// the same band.
+// 20 runs whose starts are drawn from the initial distribution: at the end of each, NEES is one chi-square number with 5
+// degrees of freedom, and chi-square(100) / 20 has 95 % of its mass in [3.71, 6.48]. The mean along a run, of numbers that
+// depend on each other, is held to the same band.
 TEST_P(TyreParameters, CovarianceIsHonest) {
   const auto all = over_seeds(GetParam().name, "ekf", "matched", GetParam().after_bend_s, true);
   std::printf("%s: NEES along the run %.2f, at the end %.2f\n", GetParam().name, mean_of(all, &TyreScores::nees_mean),
@@ -151,28 +154,34 @@ TEST_P(TyreParameters, CovarianceIsHonest) {
   }
 }
 
+// A moving horizon solves a program a step: one seed, and no more of the drive than is scored.
 TEST_P(TyreParameters, UnscentedFilterAndMovingHorizonFindThemToo) {
+  Scenario scenario = shipped(GetParam().name);
+  scenario.run.duration_s = GetParam().after_bend_s;
   for (const char* algorithm : {"ukf", "mhe"}) {
-    const auto all = over_seeds(GetParam().name, algorithm, "wrong_start", GetParam().after_bend_s, false, 1);
-    EXPECT_LE(all[0].front_off, 0.10) << algorithm;
-    EXPECT_LE(all[0].rear_off, 0.10) << algorithm;
-    EXPECT_EQ(all[0].not_valid, 0U) << algorithm;
+    const TyreScores s = tyre_scores(scenario, algorithm, "wrong_start", GetParam().after_bend_s, 1, false);
+    EXPECT_LE(s.front_off, 0.10) << algorithm;
+    EXPECT_LE(s.rear_off, 0.10) << algorithm;
+    EXPECT_EQ(s.not_valid, 0U) << algorithm;
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(Manoeuvres, TyreParameters, testing::ValuesIn(kManoeuvres),
                          [](const auto& m) { return std::string(m.param.name); });
 
-// At the document's 0.35 m/s the tyres slip by 0.2 degrees. Friction cannot be known: its deviation stays what it was, and so does the
-// estimate; the covariance holds the truth although the start is drawn.
+// A fifth of the steering does not make the tyres yield: their friction cannot be known. Its deviation stays what it was, the
+// estimate stays with it, and the covariance holds the truth although the start is drawn; the slopes are found as before.
 TEST(TyreParametersUnexcited, WhatCannotBeKnownStaysWideAndDoesNotDrift) {
-  const auto all = over_seeds("track_tyres_slow", "ekf", "matched", 6.0, true);
-  std::printf("track_tyres_slow: deviation at the end of the start's: front %.3f rear %.3f friction %.3f; NEES %.2f\n",
-              median_of(all, &TyreScores::front_sigma), median_of(all, &TyreScores::rear_sigma),
-              median_of(all, &TyreScores::friction_sigma), mean_of(all, &TyreScores::nees_end));
+  const auto all = over_seeds("slalom_gentle", "ekf", "matched", 2.1, true);
+  std::printf(
+      "slalom_gentle: friction's deviation at the end %.3f of the start's, moved by %.3f; front %.3f rear %.3f; NEES %.2f\n",
+      median_of(all, &TyreScores::friction_sigma), median_of(all, &TyreScores::friction_moved),
+      median_of(all, &TyreScores::front_off), median_of(all, &TyreScores::rear_off), mean_of(all, &TyreScores::nees_end));
   EXPECT_GT(median_of(all, &TyreScores::friction_sigma), 0.95);
-  EXPECT_GE(mean_of(all, &TyreScores::nees_end), 3.71);
-  EXPECT_LE(mean_of(all, &TyreScores::nees_end), 6.48);
+  EXPECT_LT(median_of(all, &TyreScores::friction_moved), 0.2);  // of its deviation
+  EXPECT_LE(median_of(all, &TyreScores::front_off), 0.10);
+  EXPECT_LE(median_of(all, &TyreScores::rear_off), 0.10);
+  EXPECT_LE(mean_of(all, &TyreScores::nees_end), 6.48);  // as above; a cautious filter is no fault here
 }
 
 // --- The race car -----------------------------------------------------------------------------------------------------
@@ -188,13 +197,13 @@ double race_rmse_deg(const std::string& name, const std::string& tuning) {
       play(scenario, "ekf", tuning, std::make_unique<RecordedDrive>(load_recorded(scenario, race_folder()), 0.0)));
 }
 
-// 0.46 degrees is what a linear single-track Kalman filter attains with stiffnesses that were fitted to this half (the README beside the
-// data); the answer zero has 1.43 degrees.
+// 0.46 degrees is what a linear single-track Kalman filter attains with stiffnesses that were fitted to this half (the README
+// beside the data); the answer zero has 1.43 degrees.
 TEST(RaceCar, SideslipIsKnownToLessThanHalfADegree) {
   if (race_folder().empty()) GTEST_SKIP() << "no recorded drives: SLIPSTREAM_DATA is not set";
   const double ours = race_rmse_deg("race_car", "matched");
   std::printf("race car: sideslip RMSE %.4f deg, linear bicycle %.4f deg\n", ours, race_rmse_deg("race_car_linear", "fixed"));
-  EXPECT_LE(ours, 0.46);
+  EXPECT_LE(ours, 0.46);  // the bar of the bench; 0.279 when it was written
 }
 
 }  // namespace
