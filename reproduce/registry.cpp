@@ -110,17 +110,14 @@ const std::vector<Experiment>& experiments() {
        {"Consistency", "Eq. 5.5", "Observability"},
        1.6,
        reproduce_consistency},
-<<<<<<< HEAD
       {"past", "unimog_torque", kPastUnimog, "Friction that follows the torque", {"Torque and friction"}, 0.1,
        reproduce_unimog_torque},
       {"past", "unimog_grade", kPastUnimog, "An unknown hill, an unknown load, braking", {"Hill and load"}, 0.1,
        reproduce_unimog_grade},
-=======
       {"past", "lateral_track", kPastLateral, "Tyre parameters that respond: the standard track", {"Lateral track"}, 0.3,
        reproduce_lateral_track},
       {"past", "slalom", kPastLateral, "Tyre parameters that respond: a slalom", {"Slalom"}, 0.2, reproduce_slalom},
       {"past", "race_car", kPastLateral, "Sideslip of a recorded race car", {"Race car"}, 0.1, reproduce_race_car, true},
->>>>>>> h-lat
   };
   return all;
 }
