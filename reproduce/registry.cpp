@@ -22,6 +22,7 @@ void reproduce_unimog(const Bench& bench, Outcome& o);
 void reproduce_consistency(const Bench& bench, Outcome& o);
 void reproduce_unimog_torque(const Bench& bench, Outcome& o);
 void reproduce_unimog_grade(const Bench& bench, Outcome& o);
+void reproduce_available_friction(const Bench& bench, Outcome& o);
 
 namespace {
 
@@ -110,6 +111,13 @@ const std::vector<Experiment>& experiments() {
        reproduce_unimog_torque},
       {"past", "unimog_grade", kPastUnimog, "An unknown hill, an unknown load, braking", {"Hill and load"}, 0.1,
        reproduce_unimog_grade},
+      {"past",
+       "available_friction",
+       kPastUnimog,
+       "How much friction there is, and when that can be known",
+       {"Available friction", "Available friction, gentle"},
+       0.5,
+       reproduce_available_friction},
   };
   return all;
 }

@@ -1,4 +1,4 @@
-// The steps of EKF, UKF, hierarchical EKF, particle filters and strapdown filters allocate nothing on the heap. The C library's
+// The steps of EKF, UKF, hierarchical EKF, bank of models, particle filters and strapdown filters allocate nothing on the heap. The C library's
 // allocator is counted in this whole test program.
 #include <gtest/gtest.h>
 
@@ -10,6 +10,7 @@
 #include "estimators/asir.hpp"
 #include "estimators/ekf.hpp"
 #include "estimators/hierarchical.hpp"
+#include "estimators/imm.hpp"
 #include "estimators/navigation.hpp"
 #include "estimators/particle_filter.hpp"
 #include "estimators/rbpf.hpp"
@@ -92,6 +93,9 @@ TEST(NoHeap, StepsAllocateNothing) {
   const Belief<WheelFriction> first{WheelFriction{}, belief().noise, {1e-3, 5e-4}, false, {0.5, 0.0}, {0.01, 0.04}};
   Hierarchical hierarchical(belief(), first, std::make_unique<Ekf<WheelFriction> >(first));
   EXPECT_EQ(allocations_of_steps(hierarchical), 0);
+  const Belief<TyreFriction> road{
+      TyreFriction{}, belief().noise, {1e-4, 1e-6, 0.0}, false, {10.0, 5.2, 0.6}, {0.01, 0.001, 0.1}};
+  EXPECT_EQ(allocations_of_steps(*std::make_unique<Imm<TyreFriction> >(road)), 0);
   for (const Resampling method : {Resampling::kSystematic, Resampling::kStratified, Resampling::kResidual}) {
     const ParticleSettings settings{100, method, 0.5, true};
     const RandomStream random(1, 0, "estimator.pf");
