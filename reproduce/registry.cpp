@@ -25,6 +25,7 @@ void reproduce_unimog(const Bench& bench, Outcome& o);
 void reproduce_consistency(const Bench& bench, Outcome& o);
 void reproduce_unimog_torque(const Bench& bench, Outcome& o);
 void reproduce_unimog_grade(const Bench& bench, Outcome& o);
+void reproduce_available_friction(const Bench& bench, Outcome& o);
 
 namespace {
 
@@ -114,10 +115,20 @@ const std::vector<Experiment>& experiments() {
        reproduce_unimog_torque},
       {"past", "unimog_grade", kPastUnimog, "An unknown hill, an unknown load, braking", {"Hill and load"}, 0.1,
        reproduce_unimog_grade},
+<<<<<<< HEAD
       {"past", "lateral_track", kPastLateral, "Tyre parameters that respond: the standard track", {"Lateral track"}, 0.3,
        reproduce_lateral_track},
       {"past", "slalom", kPastLateral, "Tyre parameters that respond: a slalom", {"Slalom"}, 0.2, reproduce_slalom},
       {"past", "race_car", kPastLateral, "Sideslip of a recorded race car", {"Race car"}, 0.1, reproduce_race_car, true},
+=======
+      {"past",
+       "available_friction",
+       kPastUnimog,
+       "How much friction there is, and when that can be known",
+       {"Available friction", "Available friction, gentle"},
+       0.5,
+       reproduce_available_friction},
+>>>>>>> h-mu
   };
   return all;
 }

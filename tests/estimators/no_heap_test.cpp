@@ -1,5 +1,5 @@
-// The steps of EKF, UKF, hierarchical EKF, real-time iteration, particle filters and strapdown filters allocate nothing on the
-// heap. The C library's allocator is counted in this whole test program.
+// The steps of EKF, UKF, hierarchical EKF, real-time iteration, bank of models, particle filters and strapdown filters allocate
+// nothing on the heap. The C library's allocator is counted in this whole test program.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -10,6 +10,7 @@
 #include "estimators/asir.hpp"
 #include "estimators/ekf.hpp"
 #include "estimators/hierarchical.hpp"
+#include "estimators/imm.hpp"
 #include "estimators/navigation.hpp"
 #include "estimators/particle_filter.hpp"
 #include "estimators/rbpf.hpp"
@@ -102,6 +103,9 @@ TEST(NoHeap, StepsAllocateNothing) {
                   *std::make_unique<RtiSingleShooting<LongitudinalFriction> >(bounded, window, Eigen::Vector3d::Ones())),
               0);
   }
+  const Belief<TyreFriction> road{
+      TyreFriction{}, belief().noise, {1e-4, 1e-6, 0.0}, false, {10.0, 5.2, 0.6}, {0.01, 0.001, 0.1}};
+  EXPECT_EQ(allocations_of_steps(*std::make_unique<Imm<TyreFriction> >(road)), 0);
   for (const Resampling method : {Resampling::kSystematic, Resampling::kStratified, Resampling::kResidual}) {
     const ParticleSettings settings{100, method, 0.5, true};
     const RandomStream random(1, 0, "estimator.pf");

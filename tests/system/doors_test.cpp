@@ -28,8 +28,8 @@ TEST(Doors, CommandLines) {
       {"plant", {kUnimog, "--wait-for", "a b"}, "--wait-for: 'a b' is no participant's name; expected NAME[,NAME...] or none"},
       {"estimator",
        {"--algorithm", "ekff"},
-       "--algorithm: unknown algorithm 'ekff'; expected one of: ekf, ukf, sqrt_ukf, mhe, pf, asir, rbpf, hierarchical_ekf, "
-       "hierarchical_mhe, es_ekf"},
+       "--algorithm: unknown algorithm 'ekff'; expected one of: ekf, ukf, sqrt_ukf, mhe, pf, asir, rbpf, imm, "
+       "hierarchical_ekf, hierarchical_mhe, es_ekf"},
       {"estimator", {"--name", "my filter"}, "--name: 'my filter' is no name; expected 1 to 32 of A-Z a-z 0-9 _ -"},
       {"estimator",
        {"--name", std::string(33, 'x')},
