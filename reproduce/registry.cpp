@@ -19,6 +19,7 @@ void reproduce_track(const Bench& bench, Outcome& o);
 void reproduce_lateral_track(const Bench& bench, Outcome& o);
 void reproduce_slalom(const Bench& bench, Outcome& o);
 void reproduce_race_car(const Bench& bench, Outcome& o);
+void reproduce_moving_horizon(const Bench& bench, Outcome& o);
 void reproduce_drivetrain(const Bench& bench, Outcome& o);
 void reproduce_unimog_particles(const Bench& bench, Outcome& o);
 void reproduce_unimog(const Bench& bench, Outcome& o);
@@ -47,6 +48,7 @@ constexpr const char* kChapter5 = "Chapter 5: scale car, hierarchical observer";
 constexpr const char* kChapter6 = "Chapter 6: lateral dynamics";
 constexpr const char* kPastLateral = "Lateral dynamics with nonlinear tyres, past chapter 6";
 constexpr const char* kChapter7 = "Chapter 7: Unimog";
+constexpr const char* kPastHorizon = "Moving horizon, past chapters 5 to 7";
 constexpr const char* kPastUnimog = "Friction of the Unimog, past chapter 7";
 constexpr const char* kConsistency = "What the estimators claim, and what can be known";
 
@@ -115,12 +117,6 @@ const std::vector<Experiment>& experiments() {
        reproduce_unimog_torque},
       {"past", "unimog_grade", kPastUnimog, "An unknown hill, an unknown load, braking", {"Hill and load"}, 0.1,
        reproduce_unimog_grade},
-<<<<<<< HEAD
-      {"past", "lateral_track", kPastLateral, "Tyre parameters that respond: the standard track", {"Lateral track"}, 0.3,
-       reproduce_lateral_track},
-      {"past", "slalom", kPastLateral, "Tyre parameters that respond: a slalom", {"Slalom"}, 0.2, reproduce_slalom},
-      {"past", "race_car", kPastLateral, "Sideslip of a recorded race car", {"Race car"}, 0.1, reproduce_race_car, true},
-=======
       {"past",
        "available_friction",
        kPastUnimog,
@@ -128,7 +124,12 @@ const std::vector<Experiment>& experiments() {
        {"Available friction", "Available friction, gentle"},
        0.5,
        reproduce_available_friction},
->>>>>>> h-mu
+      {"past", "lateral_track", kPastLateral, "Tyre parameters that respond: the standard track", {"Lateral track"}, 0.3,
+       reproduce_lateral_track},
+      {"past", "slalom", kPastLateral, "Tyre parameters that respond: a slalom", {"Slalom"}, 0.2, reproduce_slalom},
+      {"past", "race_car", kPastLateral, "Sideslip of a recorded race car", {"Race car"}, 0.1, reproduce_race_car, true},
+      {"past", "moving_horizon", kPastHorizon, "Moving horizon in microseconds", {"Moving horizon"}, 0.8,
+       reproduce_moving_horizon},
   };
   return all;
 }

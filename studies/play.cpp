@@ -152,6 +152,7 @@ class Listener {
     }
     covariance_.insert(covariance_.end(), e.covariance.begin(), e.covariance.end());
     track_.step_time_us.push_back(e.step_time_us);
+    track_.kkt_residual.push_back(e.kkt_residual);
     if (is_strapdown_) return record_.add(e);  // the record knows the NIS
     track_.nis.push_back(usable && !e.innovation.empty() ? normalised_square(e.innovation, e.innovation_covariance) : kNan);
     track_.nis_dimension.push_back(static_cast<int>(e.innovation.size()));

@@ -54,6 +54,7 @@ struct Track {
   std::vector<double> nees, nis;
   std::vector<int> nees_dimension, nis_dimension;
   std::vector<double> step_time_us;
+  std::vector<double> kkt_residual;  // see estimate.lcm
   StepTally tally;
   std::map<std::string, SensorNis> sensors;  // of a strapdown filter, which has no outputs h(x^, u)
   std::vector<Finding> findings;             // what the monitor says of them
