@@ -60,9 +60,10 @@ TYPED_TEST(ProcessLaws, DualJacobiansAreTheCentralDifferences) {
 TYPED_TEST(ProcessLaws, ConstantsDoNotChange) {
   constexpr std::array<bool, TypeParam::kStates> is_constant = constant_states<TypeParam>();
   for (const auto& x : this->states())
-    for (const auto& u : this->inputs())
-      for (std::size_t i = 0; i < is_constant.size(); ++i)
-        if (is_constant[i]) EXPECT_EQ(this->model_.template derivative<double>(x, u)[static_cast<int>(i)], 0.0) << i;
+    for (const auto& u : this->inputs()) {
+      const auto rate = this->model_.template derivative<double>(x, u);
+      for (std::size_t i = 0; i < is_constant.size(); ++i) EXPECT_TRUE(!is_constant[i] || rate[static_cast<int>(i)] == 0.0) << i;
+    }
 }
 
 TYPED_TEST(ProcessLaws, FiniteAtStandstillWithJacobianAndHessian) {
