@@ -254,7 +254,7 @@ class BoxProgram {
   double force(int j) const { return force_[j]; }
   double lower(int j) const { return low[j]; }
   double upper(int j) const { return high[j]; }
-  double slack(int j) const { return 1e-9 * scale[j]; }
+  double slack(int j) const { return 1e-10 * scale[j]; }
 
   // a := L, 1/D of a = L D L' in the lower triangle and the diagonal; false where a pivot is lost in rounding.
   static bool factorise(Matrix<double, n>& a) {

@@ -89,7 +89,7 @@ class WindowSweep {
   double force(int j) const { return stage(j / n).force[j % n]; }
   double lower(int j) const { return belief_.lower[j % n]; }
   double upper(int j) const { return belief_.upper[j % n]; }
-  double slack(int j) const { return 1e-9 * scale[j % n]; }
+  double slack(int j) const { return 1e-10 * scale[j % n]; }
 
   double step(int i, int r) const { return stage(i).d[r]; }     // d_i
   double adjoint(int i, int r) const { return stage(i).a[r]; }  // a_i

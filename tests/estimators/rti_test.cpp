@@ -130,7 +130,7 @@ struct DenseProgram {
     if (!lu.isInvertible()) return;
     const Eigen::VectorXd y = lu.solve(right).head(n);
     const Eigen::VectorXd x = rows * y + at;
-    const double rounding = 1e-10 * (1.0 + x.cwiseAbs().maxCoeff());
+    const double rounding = 1e-9 * (1.0 + x.cwiseAbs().maxCoeff());
     if ((low - x).maxCoeff() > rounding || (x - high).maxCoeff() > rounding) return;
     const double cost = 0.5 * y.dot(a * y) - b.dot(y);
     if (!best_ || cost < best_cost_) best_ = y, best_cost_ = cost;
