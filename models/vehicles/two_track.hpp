@@ -29,7 +29,7 @@ struct TwoTrack {
   static constexpr std::array<std::string_view, kStates> kStateNames{
       "forward_speed_mps", "lateral_speed_mps", "yaw_rate_radps", "heading_rad",      "x_m", "y_m",
       "roll_rad",          "roll_rate_radps",   "pitch_rad",      "pitch_rate_radps", ""};
-  static constexpr std::array<bool, kStates> kIgnorable{false, false, false, true,  true, true,
+  static constexpr std::array<bool, kStates> kIgnorable{false, false, false, false, true, true,
                                                         false, false, false, false, false};
   static constexpr std::array<Crossing, kEvents> kCrossings{Crossing::kRising};
   static constexpr std::array<Quantity, 21> kTruth{{{"forward_speed_mps", "m/s"},

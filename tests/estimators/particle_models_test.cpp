@@ -64,37 +64,40 @@ struct Case<PointMassMotion> {
 template <>
 struct Case<TorqueFriction> {
   static Belief<TorqueFriction> belief() {
-    return {{}, {{{0.02, 0.01}, {0.0, 0.3}}}, {1e-3, 1e-3, 0.1}, false, {9.0, 4.655, 0.1}, {0.01, 0.01, 1e-4}};
+    return {{}, {{{0.02, 0.01}, {0.0, 0.3}}}, {1e-2, 1e-2, 1e-2}, false, {9.0, 4.65, 0.1}, {0.01, 0.01, 1e-4}};
   }
   static Vector<double, 1> input(int k) { return Case<WheelFriction>::input(k); }
 };
 template <>
 struct Case<TorqueFrictionLoad> {
   static Belief<TorqueFrictionLoad> belief() {
-    const double mass_kg = TorqueFrictionLoad().rolling.wheel.quarter.mass_kg;
-    return {{},    {{{0.02, 0.01}, {0.0, 0.3}}},    {1e-3, 1e-3, 0.1, 1e-4, 1.0},
-            false, {9.0, 4.655, 0.1, 0.0, mass_kg}, {0.01, 0.01, 1e-4, 1e-4, 2500.0}};
+    Belief<TorqueFrictionLoad> b;
+    b.noise = {{{0.02, 0.01}, {0.0, 0.3}}};
+    b.process_variance << 1e-2, 1e-2, 1e-2, 1e-3, 1e4;
+    b.initial_mean << 9.0, 4.65, 0.1, 0.02, 2000.0;
+    b.initial_variance << 0.01, 0.01, 1e-4, 1e-4, 1e4;
+    return b;
   }
   static Vector<double, 1> input(int k) { return Case<WheelFriction>::input(k); }
 };
 template <>
 struct Case<TyreFriction> {
   static Belief<TyreFriction> belief() {
-    return {{}, {{{0.02, 0.01}, {0.0, 0.3}}}, {1e-3, 1e-3, 1e-3}, false, {9.0, 4.655, 0.8}, {1e-4, 1e-4, 0.01}};
+    return {{}, {{{0.02, 0.01}, {0.0, 0.3}}}, {1e-2, 1e-2, 1e-2}, false, {9.0, 4.65, 0.7}, {0.01, 0.01, 0.01}};
   }
-  static Vector<double, 1> input(int k) { return Case<WheelFriction>::input(k); }
+  static Vector<double, 1> input(int k) { return Vector<double, 1>(3.0 * Case<WheelFriction>::input(k)); }
 };
 template <>
 struct Case<LateralTyres> {
   static Belief<LateralTyres> belief() {
     Belief<LateralTyres> b;
     b.noise = {{{0.0, 0.5}, {0.0, 0.1}}};
-    b.process_variance = {1e-2, 1e-2, 0.1, 0.1, 1e-3, 1e-4};
-    b.initial_mean = {0.0, 0.0, 10.0, 10.0, 0.8, 0.0};
-    b.initial_variance = {1e-3, 1e-3, 1.0, 1.0, 0.01, 0.01};
+    b.process_variance = {1e-2, 1e-2, 0.1, 0.1, 1e-2, 1e-2};
+    b.initial_mean = {0.0, 0.0, 5.0, 6.0, 0.7, 0.0};
+    b.initial_variance = {1e-3, 1e-3, 0.25, 0.25, 1e-3, 1e-2};
     return b;
   }
-  static Vector<double, 3> input(int k) { return {0.1 * std::sin(0.05 * k), 60.0, 0.0}; }
+  static Vector<double, 3> input(int k) { return {0.2 * std::sin(0.05 * k), 60.0, 0.5}; }
 };
 
 // Through the registry: so nothing is compiled twice.

@@ -13,7 +13,7 @@ namespace {
 
 const std::string kVehicles =
     "one of \"unimog\", \"quarter_car\", \"suspended_wheel\", \"bicycle\", \"road_car\", "
-    "\"point_mass\"";  // models/registry.hpp
+    "\"point_mass\", \"two_track\"";  // models/registry.hpp
 
 // Lines are counted in the tests below: [sensor.wheel_speed] is line 5, [tuning.matched] line 12.
 const std::string kMinimal = R"(name = "minimal"

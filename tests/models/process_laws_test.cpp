@@ -101,7 +101,8 @@ TYPED_TEST(ProcessLaws, AStartFromAMeasurementReproducesIt) {
       continue;
     }
     ++starts;
-    const auto z = this->model_.template output<double>(x, Vector<double, TypeParam::kInputs>::Zero());
+    const Vector<double, TypeParam::kInputs> none = Vector<double, TypeParam::kInputs>::Zero();
+    const auto z = this->model_.template output<double>(x, none);
     EXPECT_NEAR(z[k], 7.5, 1e-12);  // rounding
   }
   EXPECT_GE(starts, 1) << "nothing fixes a start on the move";
