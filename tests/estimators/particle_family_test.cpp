@@ -189,6 +189,32 @@ struct Case<PointMassMotion> {
   }
   static Vector<double, 2> input(int k) { return {0.1, 0.05 * std::sin(0.05 * k)}; }
 };
+template <>
+struct Case<TorqueFriction> {
+  static Belief<TorqueFriction> belief() {
+    return {{}, {{{0.02, 0.01}, {0.0, 0.3}}}, {1e-2, 1e-2, 1e-2}, false, {9.0, 4.65, 0.1}, {0.01, 0.01, 1e-4}};
+  }
+  static Vector<double, 1> input(int k) { return Case<WheelFriction>::input(k); }
+};
+template <>
+struct Case<TorqueFrictionLoad> {
+  static Belief<TorqueFrictionLoad> belief() {
+    Belief<TorqueFrictionLoad> b;
+    b.noise = {{{0.02, 0.01}, {0.0, 0.3}}};
+    b.process_variance << 1e-2, 1e-2, 1e-2, 1e-3, 1e4;
+    b.initial_mean << 9.0, 4.65, 0.1, 0.02, 2000.0;
+    b.initial_variance << 0.01, 0.01, 1e-4, 1e-4, 1e4;
+    return b;
+  }
+  static Vector<double, 1> input(int k) { return Case<WheelFriction>::input(k); }
+};
+template <>
+struct Case<TyreFriction> {
+  static Belief<TyreFriction> belief() {
+    return {{}, {{{0.02, 0.01}, {0.0, 0.3}}}, {1e-2, 1e-2, 1e-2}, false, {9.0, 4.65, 0.7}, {0.01, 0.01, 0.01}};
+  }
+  static Vector<double, 1> input(int k) { return Vector<double, 1>(3.0 * Case<WheelFriction>::input(k)); }
+};
 
 constexpr double kStep_s = 0.01;
 
