@@ -379,6 +379,26 @@ TEST(ScenarioReader, KeepsEveryBitOfNumbersAndText) {
 
 // --- What is refused --------------------------------------------------------------------------------------------------
 
+TEST(Refusals, ListsOfChoices) {
+  const auto told = [](const std::string& lists) {
+    const std::string path = std::string(SLIPSTREAM_SOURCE_DIR) + "/scenarios/surfaces.toml";
+    try {
+      load_scenario_file(path, {lists});
+    } catch (const Refusal& refusal) {
+      const std::string line = refusal.what();
+      return line.substr(line.find("surfaces:") == std::string::npos ? 0 : line.find("surfaces:"));
+    }
+    return std::string("(not refused)");
+  };
+  EXPECT_EQ(told("vehicle.surfaces=[\"ice\", \"ice\", \"wet\"]"), "(not refused)") << "a road may come back to a surface";
+  EXPECT_EQ(told("vehicle.surfaces=[\"ice\", \"mud\", \"wet\"]"),
+            "surfaces: found \"mud\", expected one of \"dry\", \"wet\", \"snow\", \"ice\"");
+  EXPECT_EQ(told("vehicle.surfaces=\"ice\""),
+            "surfaces: found \"ice\", expected a list, each one of \"dry\", \"wet\", \"snow\", \"ice\"");
+  EXPECT_EQ(told("vehicle.surfaces=[\"ice\"]"),
+            "surfaces: has 1 values, expected 3, one for each of vehicle.surface_time_s");
+}
+
 TEST(ScenarioReader, RefusesUnknownKeysWithASuggestion) {
   EXPECT_EQ(refused_with("rate_hz = 50", "rate_hz = 50\nnois_percent = 5"),
             "s.toml:7:1: unknown key 'nois_percent' in [sensor.wheel_speed]; did you mean 'noise_percent'?");
