@@ -30,7 +30,8 @@ std::unique_ptr<Estimator> make(const std::string& algorithm, const Belief<M>& b
   if (algorithm == "asir") return std::make_unique<AuxiliaryParticleFilter<M>>(b, settings, random);
   return std::make_unique<RaoBlackwellisedFilter<M>>(b, settings, random);
 }
-ParticleSettings of(int particles, double resample_below = 0.5, Resampling method = Resampling::kSystematic, bool recover = true) {
+ParticleSettings of(int particles, double resample_below = 0.5, Resampling method = Resampling::kSystematic,
+                    bool recover = true) {
   return {particles, method, resample_below, recover};
 }
 std::uint32_t some_outputs(int k) { return k % 5 == 3 ? 1U : k % 7 == 2 ? 2U : k % 11 == 9 ? 0U : 3U; }
@@ -41,8 +42,8 @@ struct Deviations {
   std::array<Spread, 2> mean, variance;  // over all filters and steps, in the exact posterior's deviation and variance
 };
 template <typename M>
-Deviations from_kalman(const std::string& algorithm, const Belief<M>& b, const ParticleSettings& settings, int filters, int steps,
-                       bool position_only = false) {
+Deviations from_kalman(const std::string& algorithm, const Belief<M>& b, const ParticleSettings& settings, int filters,
+                       int steps, bool position_only = false) {
   const Drive d = drive(steps, b, 7);
   Deviations all;
   for (int seed = 1; seed <= filters; ++seed) {
@@ -138,13 +139,14 @@ TEST(RaoBlackwellised, ErrsLessThanSirWithAsManyParticles) {
               rbpf.mean[0].rms(), rbpf.mean[1].rms());
 }
 
-// The speed is not measured, and the position is, far better than it can be predicted; the noise of a step is small beside both:
-// most that SIR draws is drawn in vain.
+// The speed is not measured, and the position is, far better than it can be predicted; the noise of a step is small beside
+// both: most that SIR draws is drawn in vain.
 TEST(AuxiliaryParticleFilter, ErrsLessThanSirWhereAMeasurementIsPreciseBesideThePrediction) {
   Belief<LinearModel> b = linear_belief();
   b.noise = {{{0.0, 0.02}, {0.0, 1.0}}};
   b.process_variance = {1e-2, 4.0};
-  const Deviations sir = from_kalman("pf", b, of(500, 1.0), 40, 60, true), asir = from_kalman("asir", b, of(500, 1.0), 40, 60, true);
+  const Deviations sir = from_kalman("pf", b, of(500, 1.0), 40, 60, true),
+                   asir = from_kalman("asir", b, of(500, 1.0), 40, 60, true);
   std::printf("RMS deviation from Kalman, 500 particles: SIR %.4f %.4f, ASIR %.4f %.4f\n", sir.mean[0].rms(), sir.mean[1].rms(),
               asir.mean[0].rms(), asir.mean[1].rms());
   for (std::size_t i = 0; i < 2; ++i) EXPECT_LE(asir.mean[i].rms(), sir.mean[i].rms()) << i;
@@ -185,7 +187,12 @@ struct Case<LateralBicycle> {
 template <>
 struct Case<PointMassMotion> {
   static Belief<PointMassMotion> belief() {
-    return {{}, {{{0.0, 1.0}, {0.0, 1.0}, {0.0, 0.3}}}, {1e-1, 1e-1, 1e-2, 1e-3}, false, {0.0, 0.0, 15.0, 0.5}, {1.0, 1.0, 0.1, 0.01}};
+    return {{},
+            {{{0.0, 1.0}, {0.0, 1.0}, {0.0, 0.3}}},
+            {1e-1, 1e-1, 1e-2, 1e-3},
+            false,
+            {0.0, 0.0, 15.0, 0.5},
+            {1.0, 1.0, 0.1, 0.01}};
   }
   static Vector<double, 2> input(int k) { return {0.1, 0.05 * std::sin(0.05 * k)}; }
 };
@@ -355,7 +362,7 @@ TEST(ParticleFamily, ALostSetIsDrawnAnewAroundWhatIsMeasured) {
     const double before = pf->posterior().mean[0];
     step(*pf, 5, {10.0, 0.0}, 1U);
     EXPECT_EQ(pf->posterior().status, EstimateStatus::kFallback) << algorithm;
-    EXPECT_NEAR(pf->posterior().mean[0], 10.0, 0.05) << algorithm;               // 6 standard errors of the start's spread
+    EXPECT_NEAR(pf->posterior().mean[0], 10.0, 0.05) << algorithm;                // 6 standard errors of the start's spread
     EXPECT_NEAR(pf->posterior().innovation[0], 10.0 - before, 0.2) << algorithm;  // the surprise is published
     step(*pf, 6, {10.0, 0.0}, 1U);
     EXPECT_EQ(pf->posterior().status, EstimateStatus::kValid) << algorithm;
