@@ -149,7 +149,7 @@ void reproduce_available_friction(const Bench& bench, Outcome& o) {
     });
     done += bench.seeds;
     for (std::size_t f = 0; f < kFollowers.size(); ++f) {
-      const auto column = [&](std::size_t i) { return columns[5 * f + i]; };
+      const auto column = [&](std::size_t i) -> const std::vector<double>& { return columns[5 * f + i]; };
       const double delay_s = *std::max_element(column(0).begin(), column(0).end());
       table.rows.push_back({gentle ? "gentle" : "hard", kFollowers[f].label,
                             gentle          ? "-"
