@@ -2,7 +2,8 @@
 //
 // A struct P lists its fields once, as `template <typename Self, typename V> static void visit_parameters(Self& p, V& v)`
 // with calls v.number(key, p.field, range), v.list(key, p.field, range), v.triple(key, p.field, range), v.choice(key, p.field,
-// options), v.choices(key, p.field, options), v.flag(key, p.field). Keys carry their unit as suffix. The field's initialiser is the default.
+// options), v.choices(key, p.field, options), v.flag(key, p.field). Keys carry their unit as suffix. The field's initialiser is
+// the default.
 #pragma once
 
 #include <limits>

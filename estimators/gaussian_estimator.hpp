@@ -13,7 +13,7 @@ class GaussianEstimator : public Estimator {
  public:
   explicit GaussianEstimator(const Belief<M>& belief) : belief_(belief) {}
 
-  ModelNames names() const final { return {M::kName, M::kStateNames, M::kInputNames, M::kOutputNames, inputs_at_end<M>()}; }
+  ModelNames names() const override { return {M::kName, M::kStateNames, M::kInputNames, M::kOutputNames, inputs_at_end<M>()}; }
 
   void start_given() override { start({belief_.initial_mean, belief_.initial_variance.asDiagonal()}); }
 

@@ -2,19 +2,19 @@
 //
 //   There are three ways into regime j in a time dt, with Pi_jj = exp(-rate dt) and the rest shared alike by the others:
 //     stayed  share Pi_jj p_j                       from (x_j, P_j), predicted in j
-//     early   share 1/2 sum_{i/=j} Pi_ij p_i        from the mixture of the others, predicted in j: it came at the beginning of dt,
-//     late    the same                              the mixture of the others' predictions: it came at the end of dt
+//     early   share 1/2 sum_{i/=j} Pi_ij p_i        from the mixture of the others, predicted in j: it came at the beginning of
+//     dt, late    the same                              the mixture of the others' predictions: it came at the end of dt
 //   judge     each is updated (kalman.hpp) and weighed with its likelihood N(nu; 0, S); p_j is the sum of its ways' weights
 //   merge     the ways into j become one: x_j = sum_k w_k x_k,  P_j = sum_k w_k [P_k + (x_k - x_j)(x_k - x_j)']
 //   publish   mean and covariance of the mixture of all j, then the p_j, with the covariance of "it is j": p_j (delta_jk - p_k)
 //
-// In regime j one state has the regime's value, without variance. Blom and Bar-Shalom (IEEE Trans. Automatic Control 33 (1988) 780-783)
-// mix before the update; here as in the generalised pseudo-Bayesian filter of second order (Bar-Shalom, Li and Kirubarajan (2001), section
-// 11.6.5) after it, since the spread of what came in would blur the prediction of a stiff regime and count against it; and a regime
-// that changes within dt leaves a state anywhere between early and late. A regime's value is known to kRegimeVariance, which is added to
-// what is published. Interval of the regime's state: the values that leave at most half a per cent of probability outside on
-// each side, and that deviation; of the others 2.58 standard deviations. At the start all regimes are alike. Where no likelihood is finite
-// the shares stay as predicted (kFallback).
+// In regime j one state has the regime's value, without variance. Blom and Bar-Shalom (IEEE Trans. Automatic Control 33 (1988)
+// 780-783) mix before the update; here as in the generalised pseudo-Bayesian filter of second order (Bar-Shalom, Li and
+// Kirubarajan (2001), section 11.6.5) after it, since the spread of what came in would blur the prediction of a stiff regime
+// and count against it; and a regime that changes within dt leaves a state anywhere between early and late. A regime's value is
+// known to kRegimeVariance, which is added to what is published. Interval of the regime's state: the values that leave at most
+// half a per cent of probability outside on each side, and that deviation; of the others 2.58 standard deviations. At the start
+// all regimes are alike. Where no likelihood is finite the shares stay as predicted (kFallback).
 #pragma once
 
 #include <algorithm>
@@ -22,8 +22,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estimators/estimator.hpp"
-#include "estimators/kalman.hpp"
+#include "estimators/gaussian_estimator.hpp"
 
 namespace slipstream {
 
@@ -38,101 +37,61 @@ concept SwitchingModel = ProcessModel<M> && requires(const M model) {
 };
 
 template <SwitchingModel M>
-class Imm final : public Estimator {
+class Imm final : public GaussianEstimator<M> {
  public:
   static constexpr int n = M::kStates;
   static constexpr int m = M::kOutputs;
   static constexpr std::size_t kRegimes = M::kRegimeNames.size();
   static constexpr int kPublished = n + static_cast<int>(kRegimes);
+  using Input = Vector<double, M::kInputs>;
 
-  explicit Imm(const Belief<M>& belief) : belief_(belief) {
-    belief_.process_variance[M::kRegimeState] = 0.0;
+  explicit Imm(const Belief<M>& belief) : GaussianEstimator<M>(belief) {
+    this->belief_.process_variance[M::kRegimeState] = 0.0;
     for (std::size_t i = 0; i < n; ++i) names_[i] = M::kStateNames[i];
     for (std::size_t j = 0; j < kRegimes; ++j) names_[n + j] = M::kRegimeNames[j];
   }
 
   ModelNames names() const override { return {M::kName, names_, M::kInputNames, M::kOutputNames, inputs_at_end<M>()}; }
 
-  void start_given() override { start({belief_.initial_mean, belief_.initial_variance.asDiagonal()}); }
-  bool start_measured(int output, double z) override {
-    Gaussian<M> at{belief_.initial_mean, belief_.initial_variance.asDiagonal()};
-    Vector<double, n> further = at.mean;
-    if (!belief_.model.start_from(output, z, at.mean)) return false;
-    belief_.model.start_from(output, z + 1.0, further);
-    const Vector<double, n> slope = further - at.mean;  // linear in z
-    at.covariance += slope * belief_.noise[static_cast<std::size_t>(output)].variance(z) * slope.transpose();
-    start(at);
-    return true;
-  }
-
   void step(const StepInput& step) override {
-    const Vector<double, M::kInputs> u = Eigen::Map<const Vector<double, M::kInputs>>(step.input.data());
+    const Input u = this->input_of(step);
     if (step.dt_s > 0.0) {
       predict_all(u, step.dt_s);
     } else {
-      for (std::size_t j = 0; j < kRegimes; ++j) way_[j] = {filter_[j], filter_[j], filter_[j]}, share_[j] = {probability_[j], 0.0, 0.0};
-    }
-    double greatest = -std::numeric_limits<double>::infinity();
-    std::array<std::array<double, kWays>, kRegimes> log_p;
-    mean_innovation_.setZero(), mean_innovation_covariance_.setZero();
-    for (std::size_t j = 0; j < kRegimes; ++j)
-      for (std::size_t k = 0; k < kWays; ++k) {
-        const Gaussian<M> prior = way_[j][k];
-        Innovation<M> seen;
-        innovate_into(belief_, prior, u, step.measured_value.data(), step.measured, seen);
-        update_into(prior, seen, way_[j][k]);
-        log_p[j][k] = std::log(share_[j][k]) + log_likelihood(seen);
-        if (std::isfinite(log_p[j][k]) && log_p[j][k] > greatest) greatest = log_p[j][k];
-        mean_innovation_ += share_[j][k] * seen.value;
-        mean_innovation_covariance_ += share_[j][k] * (seen.covariance + seen.value * seen.value.transpose());
+      for (std::size_t j = 0; j < kRegimes; ++j) {
+        way_[j].fill(filter_[j]);
+        share_[j] = {probability_[j], 0.0, 0.0};
       }
-    mean_innovation_covariance_ -= mean_innovation_ * mean_innovation_.transpose();
-    status_ = std::isfinite(greatest) ? EstimateStatus::kValid : EstimateStatus::kFallback;
-    double total = 0.0;
-    for (std::size_t j = 0; j < kRegimes; ++j) {
-      double sum = 0.0;
-      if (std::isfinite(greatest))
-        for (std::size_t k = 0; k < kWays; ++k) share_[j][k] = std::isfinite(log_p[j][k]) ? std::exp(log_p[j][k] - greatest) : 0.0;
-      for (const double p : share_[j]) sum += p;
-      probability_[j] = std::max(sum, kLeast);
-      total += probability_[j];
-      // Where all ways are out of the question the likeliest, which is staying or the nearest to it, is kept whole.
-      std::array<double, kWays> within = share_[j];
-      if (sum > kLeast) {
-        for (double& w : within) w /= sum;
-      } else {
-        within.fill(0.0);
-        within[static_cast<std::size_t>(std::max_element(log_p[j].begin(), log_p[j].end()) - log_p[j].begin())] = 1.0;
-      }
-      filter_[j] = mixture(way_[j], within);
     }
-    for (double& p : probability_) p /= total;
-    publish();
+    const double greatest = judge_all(u, step);
+    if (std::isfinite(greatest))
+      for (std::size_t j = 0; j < kRegimes; ++j)
+        for (std::size_t k = 0; k < kWays; ++k)
+          share_[j][k] = std::isfinite(log_share_[j][k]) ? std::exp(log_share_[j][k] - greatest) : 0.0;
+    merge();
+    publish(std::isfinite(greatest) ? EstimateStatus::kValid : EstimateStatus::kFallback);
   }
 
   Posterior posterior() const override {
-    return {status_,
-            {mean_.data(), kPublished},
-            {covariance_.data(), kPublished * kPublished},
-            {mean_innovation_.data(), m},
-            {mean_innovation_covariance_.data(), m * m},
-            {low_.data(), kPublished},
-            {high_.data(), kPublished}};
+    Posterior p = GaussianEstimator<M>::posterior();
+    p.mean = {mean_.data(), kPublished};
+    p.covariance = {covariance_.data(), kPublished * kPublished};
+    p.interval_low = {low_.data(), kPublished};
+    p.interval_high = {high_.data(), kPublished};
+    return p;
   }
 
  private:
   static constexpr std::size_t kWays = 3;  // into a regime: stayed, came early, came late
   static constexpr double kLeast = 1e-30;  // of a probability: its logarithm stays finite
 
-  void start(const Gaussian<M>& at) {
+  void on_start() override {
     for (std::size_t j = 0; j < kRegimes; ++j) {
-      filter_[j] = at;
+      filter_[j] = this->estimate_;
       hold(filter_[j], j);
     }
     probability_.fill(1.0 / static_cast<double>(kRegimes));
-    mean_innovation_.setZero(), mean_innovation_covariance_.setIdentity();
-    status_ = EstimateStatus::kValid;
-    publish();
+    publish(EstimateStatus::kValid);
   }
 
   // The regime's value in its state, without variance.
@@ -142,23 +101,65 @@ class Imm final : public Estimator {
     g.covariance.col(M::kRegimeState).setZero();
   }
 
-  void predict_all(const Vector<double, M::kInputs>& u, double dt_s) {
-    const double stay = std::exp(-belief_.model.regime_rate_hz * dt_s), leave = (1.0 - stay) / static_cast<double>(kRegimes - 1);
+  void predict_all(const Input& u, double dt_s) {
+    const double stay = std::exp(-this->belief_.model.regime_rate_hz * dt_s);
+    const double leave = (1.0 - stay) / static_cast<double>(kRegimes - 1);
     std::array<Gaussian<M>, kRegimes> stayed;
-    for (std::size_t j = 0; j < kRegimes; ++j) predict_into(belief_, filter_[j], u, dt_s, stayed[j]);
+    for (std::size_t j = 0; j < kRegimes; ++j) predict_into(this->belief_, filter_[j], u, dt_s, stayed[j]);
     for (std::size_t j = 0; j < kRegimes; ++j) {
       double others = 0.0;
       for (std::size_t i = 0; i < kRegimes; ++i) others += i == j ? 0.0 : probability_[i];
       std::array<double, kRegimes> from{};
       for (std::size_t i = 0; i < kRegimes; ++i) from[i] = i == j ? 0.0 : probability_[i] / others;
-      Gaussian<M> start = mixture(filter_, from);
-      hold(start, j);
-      way_[j][0] = stayed[j];
-      predict_into(belief_, start, u, dt_s, way_[j][1]);
-      way_[j][2] = mixture(stayed, from);
-      hold(way_[j][2], j);
+      auto& [stayed_here, early, late] = way_[j];
+      stayed_here = stayed[j];
+      Gaussian<M> begin = mixture(filter_, from);
+      hold(begin, j);
+      predict_into(this->belief_, begin, u, dt_s, early);
+      late = mixture(stayed, from);
+      hold(late, j);
       share_[j] = {stay * probability_[j], 0.5 * leave * others, 0.5 * leave * others};
     }
+  }
+
+  // Updates every way and puts the logarithm of its new share, not yet normalised, into log_share_. Returns the greatest.
+  double judge_all(const Input& u, const StepInput& step) {
+    double greatest = -std::numeric_limits<double>::infinity();
+    Vector<double, m>& mean = this->innovation_.value;
+    Matrix<double, m>& covariance = this->innovation_.covariance;
+    mean.setZero(), covariance.setZero();
+    for (std::size_t j = 0; j < kRegimes; ++j)
+      for (std::size_t k = 0; k < kWays; ++k) {
+        const Gaussian<M> prior = way_[j][k];
+        Innovation<M> seen;
+        innovate_into(this->belief_, prior, u, step.measured_value.data(), step.measured, seen);
+        update_into(prior, seen, way_[j][k]);
+        log_share_[j][k] = std::log(share_[j][k]) + log_likelihood(seen);
+        if (std::isfinite(log_share_[j][k]) && log_share_[j][k] > greatest) greatest = log_share_[j][k];
+        mean += share_[j][k] * seen.value;
+        covariance += share_[j][k] * (seen.covariance + seen.value * seen.value.transpose());
+      }
+    covariance -= mean * mean.transpose();
+    return greatest;
+  }
+
+  // p_j and the one Gaussian of each regime. Where all ways into one are out of the question the likeliest is kept whole.
+  void merge() {
+    double total = 0.0;
+    for (std::size_t j = 0; j < kRegimes; ++j) {
+      double sum = 0.0;
+      for (const double share : share_[j]) sum += share;
+      probability_[j] = std::max(sum, kLeast);
+      total += probability_[j];
+      std::array<double, kWays> within{};
+      if (sum > kLeast)
+        for (std::size_t k = 0; k < kWays; ++k) within[k] = share_[j][k] / sum;
+      else
+        within[static_cast<std::size_t>(std::max_element(log_share_[j].begin(), log_share_[j].end()) - log_share_[j].begin())] =
+            1.0;
+      filter_[j] = mixture(way_[j], within);
+    }
+    for (double& p : probability_) p /= total;
   }
 
   template <std::size_t K>
@@ -172,6 +173,7 @@ class Imm final : public Estimator {
     return to;
   }
 
+  // But for a constant.
   static double log_likelihood(const Innovation<M>& i) {
     const Eigen::LLT<Matrix<double, m>> factor(i.covariance);
     double log_l = -0.5 * factor.matrixL().solve(i.value).squaredNorm();
@@ -179,22 +181,23 @@ class Imm final : public Estimator {
     return log_l;
   }
 
-  void publish() {
-    const Gaussian<M> all = mixture(filter_, probability_);
-    covariance_.setZero();
-    mean_.template head<n>() = all.mean;
-    covariance_.template topLeftCorner<n, n>() = all.covariance;
-    covariance_(M::kRegimeState, M::kRegimeState) += M::kRegimeVariance;
+  void publish(EstimateStatus status) {
+    this->estimate_ = mixture(filter_, probability_);
+    this->estimate_.covariance(M::kRegimeState, M::kRegimeState) += M::kRegimeVariance;
+    mean_.template head<n>() = this->estimate_.mean;
+    covariance_.template topLeftCorner<n, n>() = this->estimate_.covariance;
     for (std::size_t j = 0; j < kRegimes; ++j) {
       const int row = n + static_cast<int>(j);
       const double p = probability_[j];
       mean_[row] = p;
-      covariance_.template block<1, n>(row, 0) = p * (filter_[j].mean - all.mean).transpose();
-      covariance_.template block<n, 1>(0, row) = p * (filter_[j].mean - all.mean);
-      for (std::size_t k = 0; k < kRegimes; ++k) covariance_(row, n + static_cast<int>(k)) = (j == k ? p : 0.0) - p * probability_[k];
+      const Vector<double, n> with = p * (filter_[j].mean - this->estimate_.mean);
+      covariance_.template block<1, n>(row, 0) = with.transpose();
+      covariance_.template block<n, 1>(0, row) = with;
+      for (std::size_t k = 0; k < kRegimes; ++k)
+        covariance_(row, n + static_cast<int>(k)) = (j == k ? p : 0.0) - p * probability_[k];
     }
     find_intervals();
-    if (!mean_.allFinite() || !covariance_.allFinite()) status_ = EstimateStatus::kInvalid;
+    this->settle(status);
   }
 
   void find_intervals() {
@@ -205,29 +208,25 @@ class Imm final : public Estimator {
     }
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (std::size_t j = 0; j < kRegimes; ++j) {
-      double below = 0.0, above = 0.0;  // and at it
+      double not_above = 0.0, not_below = 0.0;
       for (std::size_t k = 0; k < kRegimes; ++k) {
-        if (M::regime_value(k) <= M::regime_value(j)) below += probability_[k];
-        if (M::regime_value(k) >= M::regime_value(j)) above += probability_[k];
+        if (M::regime_value(k) <= M::regime_value(j)) not_above += probability_[k];
+        if (M::regime_value(k) >= M::regime_value(j)) not_below += probability_[k];
       }
-      if (below > kTail) low = std::min(low, M::regime_value(j));
-      if (above > kTail) high = std::max(high, M::regime_value(j));
+      if (not_above > kTail) low = std::min(low, M::regime_value(j));
+      if (not_below > kTail) high = std::max(high, M::regime_value(j));
     }
     const double reach = kDeviations * std::sqrt(M::kRegimeVariance);
     low_[M::kRegimeState] = low - reach, high_[M::kRegimeState] = high + reach;
   }
 
-  Belief<M> belief_;
   std::array<Quantity, kPublished> names_{};
   std::array<Gaussian<M>, kRegimes> filter_{};
   std::array<double, kRegimes> probability_{};
   std::array<std::array<Gaussian<M>, kWays>, kRegimes> way_{};
-  std::array<std::array<double, kWays>, kRegimes> share_{};
-  EstimateStatus status_ = EstimateStatus::kInitialising;
+  std::array<std::array<double, kWays>, kRegimes> share_{}, log_share_{};
   Vector<double, kPublished> mean_, low_, high_;
   Matrix<double, kPublished> covariance_;
-  Vector<double, m> mean_innovation_;
-  Matrix<double, m> mean_innovation_covariance_;
 };
 
 }  // namespace slipstream

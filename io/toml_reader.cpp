@@ -220,8 +220,7 @@ void TomlTable::choices(const std::string& key, std::vector<std::string>& field,
   if (const toml::node* const node = impl_->find(key)) {
     const toml::array* const items = node->as_array();
     if (!items) impl_->refuse(*node, key, "a list, each " + expected_choice(options));
-    if (items->size() > kMostNumbers)
-      impl_->refuse(*node, key, "a list of at most " + std::to_string(kMostNumbers) + " names");
+    if (items->size() > kMostNumbers) impl_->refuse(*node, key, "a list of at most " + std::to_string(kMostNumbers) + " names");
     field.clear();
     for (const toml::node& item : *items) {
       const auto* const text = item.as_string();

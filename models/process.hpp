@@ -24,8 +24,8 @@ concept TakesPackedInputs = requires {
 // Every state that the vehicle names is then one of the model's, and they are all of them (tests/models/process_laws_test.cpp).
 // States that only process noise changes may be named, since that saves time: kConstant, std::array<bool, kStates>.
 
-// The inputs of a step are their mean over it. A model whose state follows an input without lag wants them as they are at the step's
-// instant, and says so: kInputsAtEnd.
+// The inputs of a step are their mean over it. A model whose state follows an input without lag wants them as they are at the
+// step's instant, and says so: kInputsAtEnd.
 template <typename M>
 constexpr bool inputs_at_end() {
   if constexpr (requires { M::kInputsAtEnd; }) return M::kInputsAtEnd;

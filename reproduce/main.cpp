@@ -46,11 +46,11 @@ void print_list() {
   }
 }
 
-// By its name, its document or an item: "snow", "past/unimog_torque", "002", "001_fig_6", "002_fig_6", "Table 4". An item without a document is one
-// of document 002.
+// By its name, its document or an item: "snow", "past/unimog_torque", "002", "001_fig_6", "002_fig_6", "Table 4". An item
+// without a document is one of document 002.
 bool is_meant(const Experiment& e, const std::string& name) {
   return name == e.name || name == e.document || name == e.document + "/" + e.name ||
-          std::any_of(e.items.begin(), e.items.end(), [&](const std::string& item) {
+         std::any_of(e.items.begin(), e.items.end(), [&](const std::string& item) {
            const std::string stem = file_stem(name);
            return stem == item_stem(e.document, item) || stem == e.document + "_" + file_stem(item);
          });

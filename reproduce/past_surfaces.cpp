@@ -32,8 +32,9 @@ struct Said {
   bool covers = false;
 };
 
-// A bank of models names the surface whose probability is 0.9 or more; its 95 % interval leaves at most 2.5 % of the probability beyond each
-// end. Others name the nearest when their sigma is below half of the least distance of two, 0.09; their interval is 1.96 sigma wide.
+// A bank of models names the surface whose probability is 0.9 or more; its 95 % interval leaves at most 2.5 % of the
+// probability beyond each end. Others name the nearest when their sigma is below half of the least distance of two, 0.09; their
+// interval is 1.96 sigma wide.
 Said said(const Track& t, std::size_t k, double truth) {
   Said to;
   if (std::find(t.states.begin(), t.states.end(), "probability_dry") != t.states.end()) {
@@ -100,7 +101,8 @@ Judged judge(const Played& p, std::size_t follower) {
 }
 
 void draw(const Played& p, double end_s, const std::string& title, const std::string& caption, Outcome& o) {
-  Sketch s(kItem + (end_s > 6.0 ? std::string(", gentle") : ""), title, end_s, changes_s(p.truth_t_s, p.truth_of("available_friction")));
+  Sketch s(kItem + (end_s > 6.0 ? std::string(", gentle") : ""), title, end_s,
+           changes_s(p.truth_t_s, p.truth_of("available_friction")));
   s.panel("friction (-)", 240).line("available, truth", p.truth_t_s, p.truth_of("available_friction"), kTruthStyle);
   s.line("used, truth", p.truth_t_s, p.truth_of("friction"), "with lines lc rgb \"#7f7f7f\" lw 1.2");
   two_sigma(s, "two sigma", p.tracks[0], "available_friction", "#1f77b4");
@@ -147,38 +149,49 @@ void reproduce_available_friction(const Bench& bench, Outcome& o) {
     });
     done += bench.seeds;
     for (std::size_t f = 0; f < kFollowers.size(); ++f) {
-      const auto column = [&](std::size_t i) { return columns[5 * f + i]; };
+      const auto column = [&](std::size_t i) -> const std::vector<double>& { return columns[5 * f + i]; };
       const double delay_s = *std::max_element(column(0).begin(), column(0).end());
       table.rows.push_back({gentle ? "gentle" : "hard", kFollowers[f].label,
-                            gentle ? "-" : delay_s > 9.0 ? "never, in some run" : fmt::format("{:.2f}", delay_s),
+                            gentle          ? "-"
+                            : delay_s > 9.0 ? "never, in some run"
+                                            : fmt::format("{:.2f}", delay_s),
                             fmt::format("{:.2f}", mean(column(1))), fmt::format("{:.1f}", mean(column(2))),
                             fmt::format("{:.1f}", mean(column(3))), fmt::format("{:.3f}", mean(column(4)))});
     }
     const double delay_s = *std::max_element(columns[0].begin(), columns[0].end());
     if (!gentle) {
-      o.rows.push_back(reported(kItem, "hard: right surface named after sufficient evidence, bank of models", "s", columns[0],
-                                fmt::format("of all runs and surfaces {:.2f} s at most; ", delay_s) + against_bar(0.3, Aim::kLow, delay_s)));
-      o.rows.push_back(reported(kItem, "hard: a wrong surface named, bank of models", "%", columns[1], against_bar(1.0, Aim::kLow, mean(columns[1]))));
+      o.rows.push_back(
+          reported(kItem, "hard: right surface named after sufficient evidence, bank of models", "s", columns[0],
+                   fmt::format("of all runs and surfaces {:.2f} s at most; ", delay_s) + against_bar(0.3, Aim::kLow, delay_s)));
+      o.rows.push_back(reported(kItem, "hard: a wrong surface named, bank of models", "%", columns[1],
+                                against_bar(1.0, Aim::kLow, mean(columns[1]))));
     }
-    o.rows.push_back(reported(kItem, std::string(gentle ? "gentle" : "hard") + ": 95 % interval of D contains it, bank of models", "%",
+    o.rows.push_back(reported(kItem,
+                              std::string(gentle ? "gentle" : "hard") + ": 95 % interval of D contains it, bank of models", "%",
                               columns[2], against_bar(95.0, Aim::kHigh, mean(columns[2]))));
-    o.rows.push_back(reported(kItem, std::string(gentle ? "gentle" : "hard") + ": 95 % interval of D contains it, single filter", "%",
+    o.rows.push_back(reported(kItem,
+                              std::string(gentle ? "gentle" : "hard") + ": 95 % interval of D contains it, single filter", "%",
                               columns[7], "one Gaussian cannot be at two surfaces at once"));
-    o.rows.push_back(reported(kItem, std::string(gentle ? "gentle" : "hard") + ": 95 % interval of D contains it, particles", "%", columns[12],
-                              "draws the stiff wheel and the vehicle's speed, and keeps D in a Kalman filter: few draws fit the accelerometer"));
-    draw(first, gentle ? 10.0 : 6.0, gentle ? "Gentle driving: what cannot be known" : "Dry, wet, snow, ice under hard acceleration",
-         gentle ? "Seed 1; dotted lines: the road changes. At 5 to 9 % of the weight dry and wet road differ by half a per mille of slip: both stay "
+    o.rows.push_back(reported(
+        kItem, std::string(gentle ? "gentle" : "hard") + ": 95 % interval of D contains it, particles", "%", columns[12],
+        "draws the stiff wheel and the vehicle's speed, and keeps D in a Kalman filter: few draws fit the accelerometer"));
+    draw(first, gentle ? 10.0 : 6.0,
+         gentle ? "Gentle driving: what cannot be known" : "Dry, wet, snow, ice under hard acceleration",
+         gentle ? "Seed 1; dotted lines: the road changes. At 5 to 9 % of the weight dry and wet road differ by half a per "
+                  "mille of slip: both stay "
                   "open, and the interval says so. Evidence is far below what names a surface."
-                : "Seed 1; dotted lines: the road changes. When the torque is more than the new surface has, the wheel spins, and its surface is "
+                : "Seed 1; dotted lines: the road changes. When the torque is more than the new surface has, the wheel spins, "
+                  "and its surface is "
                   "known within a few samples; afterwards it is believed, with the doubt that it may change every ten seconds.",
          o);
   }
-  o.tables.push_back(
-      {kItem,
-       fmt::format("Evidence is sufficient from E = {:g} on: the expected log-likelihood ratio of 0.1 s of wheel speed to the nearest other surface "
-                   "(models/parts/surface_evidence.hpp). The bank of models earns its place; the others stay as they are, algorithms for models in general.",
-                   kSufficientEvidence),
-       table});
+  o.tables.push_back({kItem,
+                      fmt::format("Evidence is sufficient from E = {:g} on: the expected log-likelihood ratio of 0.1 s of "
+                                  "wheel speed to the nearest other surface "
+                                  "(models/parts/surface_evidence.hpp). The bank of models earns its place; the others stay as "
+                                  "they are, algorithms for models in general.",
+                                  kSufficientEvidence),
+                      table});
 }
 
 }  // namespace slipstream

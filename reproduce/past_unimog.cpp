@@ -1,5 +1,5 @@
-// Past document 002, chapter 7: friction of the Unimog when the estimator knows that torque drives it, on the level, up an unknown hill, with an
-// unknown load, braking.
+// Past document 002, chapter 7: friction of the Unimog when the estimator knows that torque drives it, on the level, up an
+// unknown hill, with an unknown load, braking.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,8 +16,8 @@ constexpr const char* kHill = "Hill and load";
 
 // What a run says of the friction at the places where the document's estimators err.
 struct Transients {
-  double at_steps = 0.0;   // largest |error| over its own sigma within 5 samples of a step of the torque
-  double start = 0.0;      // largest |error| from 0.1 s to 0.5 s
+  double at_steps = 0.0;  // largest |error| over its own sigma within 5 samples of a step of the torque
+  double start = 0.0;     // largest |error| from 0.1 s to 0.5 s
 };
 
 Transients transients(const Played& p, std::size_t k) {
@@ -38,7 +38,8 @@ struct Columns {
 };
 
 // Over the bench's seeds; the first run goes to `first`.
-Columns over_runs(const Bench& bench, const std::string& scenario, const Follower& follower, Played& first, int& done, int total) {
+Columns over_runs(const Bench& bench, const std::string& scenario, const Follower& follower, Played& first, int& done,
+                  int total) {
   const auto columns = over_seeds(bench, done, total, [&](int seed) {
     Played p = play(bench.scenario(scenario, {seed_is(seed)}), {follower});
     const Transients seen = transients(p, 0);
@@ -68,7 +69,8 @@ const std::vector<Table::Column> kColumns{{"case", false},
                                           {"mean NEES / dimension, median"}};
 
 constexpr const char* kNees =
-    "below 1 is cautious: a gear change falls between two samples, nobody knows where, and sigma must cover a friction that has "
+    "below 1 is cautious: a gear change falls between two samples, nobody knows where, and sigma must cover a friction that "
+    "has "
     "not settled at the sample";
 
 }  // namespace
@@ -95,21 +97,24 @@ void reproduce_unimog_torque(const Bench& bench, Outcome& o) {
     o.rows.push_back(judged(kTorque, "R2 friction, EKF, " + noise, "", Printed(c.printed_ekf), Aim::kHigh, ours.r2, "",
                             "document: Table 16, EKF; " + against_bar(c.bar, Aim::kHigh, median(ours.r2)) +
                                 fmt::format("; with a wandering friction we attain {:.4f}", median(before.r2))));
-    o.rows.push_back(judged(kTorque, "R2 friction, UKF, " + noise, "", Printed(c.printed_mhe), Aim::kHigh, ukf.r2, "",
-                            "document: Table 16, its better estimator, the MHE; " + against_bar(c.bar, Aim::kHigh, median(ukf.r2))));
+    o.rows.push_back(
+        judged(kTorque, "R2 friction, UKF, " + noise, "", Printed(c.printed_mhe), Aim::kHigh, ukf.r2, "",
+               "document: Table 16, its better estimator, the MHE; " + against_bar(c.bar, Aim::kHigh, median(ukf.r2))));
     const double worst = *std::max_element(ours.steps.begin(), ours.steps.end());
-    o.rows.push_back(reported(kTorque, "largest error at a gear change, in its own sigma, EKF, " + noise, "", ours.steps,
-                              "the document notes peaks there. Of all runs " + fmt::format("{:.2f}; ", worst) +
-                                  against_bar(3.0, Aim::kLow, worst)));
-    o.rows.push_back(reported(kTorque, "largest error of friction from 0.1 to 0.5 s, EKF, " + noise, "", ours.start,
-                              fmt::format("the transient of the start, gone by then: the friction is 0.114; with a wandering one {:.4f}",
-                                          median(before.start))));
+    o.rows.push_back(reported(
+        kTorque, "largest error at a gear change, in its own sigma, EKF, " + noise, "", ours.steps,
+        "the document notes peaks there. Of all runs " + fmt::format("{:.2f}; ", worst) + against_bar(3.0, Aim::kLow, worst)));
+    o.rows.push_back(
+        reported(kTorque, "largest error of friction from 0.1 to 0.5 s, EKF, " + noise, "", ours.start,
+                 fmt::format("the transient of the start, gone by then: the friction is 0.114; with a wandering one {:.4f}",
+                             median(before.start))));
     o.rows.push_back(reported(kTorque, "mean NEES / 3, EKF, " + noise, "", ours.nees, kNees));
     if (c.percent == 10) {
       Sketch s(kTorque, "Friction of the Unimog, 10 % noise", 10.0, changes_s(torque.truth_t_s, torque.truth_of("gear")));
       s.panel("friction (-)", 300).line("truth", torque.truth_t_s, torque.truth_of("friction"), kTruthStyle);
       s.line("friction wanders", wandering.tracks[0].t_s, wandering.tracks[0].of("friction"), line_of(0, 1.5));
-      s.line("friction follows torque", torque.tracks[0].t_s, torque.tracks[0].of("friction"), line_of(1, 1.5)).range(-0.02, 0.22);
+      s.line("friction follows torque", torque.tracks[0].t_s, torque.tracks[0].of("friction"), line_of(1, 1.5))
+          .range(-0.02, 0.22);
       s.panel("|error| (-)", 220).log_y();
       const auto floored = [](std::vector<double> e) {
         for (double& x : e) x = std::max(std::abs(x), 1e-6);
@@ -120,13 +125,16 @@ void reproduce_unimog_torque(const Bench& bench, Outcome& o) {
       std::vector<double> three = torque.tracks[0].sigma_of("friction");
       for (double& x : three) x *= 3.0;
       s.line("3 sigma of the latter", torque.tracks[0].t_s, three, "with lines lc rgb \"#000000\" lw 1.2 dt (6,4)");
-      o.figures.push_back(s.finish("Seed 1; dotted lines: gear changes. An estimator that knows the torque needs no time to follow them, and "
-                                   "its first estimate after the start is right. Both know the same torque and the same sensors."));
+      o.figures.push_back(
+          s.finish("Seed 1; dotted lines: gear changes. An estimator that knows the torque needs no time to follow them, and "
+                   "its first estimate after the start is right. Both know the same torque and the same sensors."));
     }
   }
-  o.tables.push_back({kTorque, "Both models are told the torque at the wheel, mass and rolling resistance; the one knows what torque does "
-                               "to a rolling wheel (models/parts/rolling_wheel.hpp), the other lets friction wander.",
-                      table});
+  o.tables.push_back(
+      {kTorque,
+       "Both models are told the torque at the wheel, mass and rolling resistance; the one knows what torque does "
+       "to a rolling wheel (models/parts/rolling_wheel.hpp), the other lets friction wander.",
+       table});
 }
 
 void reproduce_unimog_grade(const Bench& bench, Outcome& o) {
@@ -141,12 +149,13 @@ void reproduce_unimog_grade(const Bench& bench, Outcome& o) {
   constexpr const char* kLevel = "document: Table 16, EKF, on the level with everything known; ";
   o.rows.push_back(judged(kHill, "R2 friction, unknown hill of 5 %, 5 % noise", "", Printed("0.9639"), Aim::kHigh, up.r2, "",
                           kLevel + against_bar(0.99, Aim::kHigh, median(up.r2))));
-  o.rows.push_back(judged(kHill, "R2 friction, unknown hill and load, braking, 5 % noise", "", Printed("0.9639"), Aim::kHigh, loaded.r2, "",
+  o.rows.push_back(judged(kHill, "R2 friction, unknown hill and load, braking, 5 % noise", "", Printed("0.9639"), Aim::kHigh,
+                          loaded.r2, "",
                           std::string(kLevel) + "braking widens the range of the friction, which makes R2 easier"));
   for (const auto& [name, c] : {std::pair<const char*, const Columns&>{"hill", up}, {"hill and load", loaded}}) {
     const double worst = *std::max_element(c.steps.begin(), c.steps.end());
-    o.rows.push_back(reported(kHill, fmt::format("largest error at a step of the torque, in its own sigma, {}", name), "", c.steps,
-                              fmt::format("of all runs {:.2f}; ", worst) + against_bar(3.0, Aim::kLow, worst)));
+    o.rows.push_back(reported(kHill, fmt::format("largest error at a step of the torque, in its own sigma, {}", name), "",
+                              c.steps, fmt::format("of all runs {:.2f}; ", worst) + against_bar(3.0, Aim::kLow, worst)));
     o.rows.push_back(reported(kHill, fmt::format("mean NEES / 5, {}", name), "", c.nees,
                               "the grade's error lasts for seconds: a run has few independent ones"));
   }
@@ -164,8 +173,9 @@ void reproduce_unimog_grade(const Bench& bench, Outcome& o) {
   with_truth("grade", "grade (-)", 220);
   with_truth("mass_kg", "mass (kg)", 220);
   s.range(1500.0, 3000.0);
-  o.figures.push_back(s.finish("Seed 1. The accelerometer shows the friction whatever the mass, the torque that it takes shows the mass within "
-                               "tenths of a second, and the wheel speed against the accelerometer shows the hill, seconds later."));
+  o.figures.push_back(
+      s.finish("Seed 1. The accelerometer shows the friction whatever the mass, the torque that it takes shows the mass within "
+               "tenths of a second, and the wheel speed against the accelerometer shows the hill, seconds later."));
   o.tables.push_back({kHill, "The accelerometer feels the slope it stands on: it measures v' + g sin a.", table});
 }
 

@@ -56,7 +56,8 @@ constexpr std::array<About, 4> kDocuments{{
      "Figures 2 to 4, 14, 15 and 36 of the document are drawings and photographs; Table 2 is the algorithm in "
      "<code>estimators/particle_filter.hpp</code>."},
     {"past",
-     "What document 002 leaves open, and what an engineer of traction or stability control needs: experiments of our own, beside "
+     "What document 002 leaves open, and what an engineer of traction or stability control needs: experiments of our own, "
+     "beside "
      "the values that the document or this bench attained without.",
      "Every comparison is with a value of the same plant and the same sensors, or says what differs. Bars were set before the "
      "experiments; where one is missed, its row says so.",

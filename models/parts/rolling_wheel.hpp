@@ -10,12 +10,13 @@
 //
 //   mu_T = [T - b w - f_r N r sgn w + (J/r) (R_aer/m + g sin a)] / [N r (1 + J/(m r^2))]
 //
-// So a step of the torque is a step of the friction, 1 ms later at 9 m/s and sooner below. tau_0 is added to tau: what is faster
-// than a sample looks the same whatever its rate, and need not be integrated. The wheel's speed follows its own equation, w = (1 + l) v/r,
-// with the same tau:  w' = (v' + v mu'/C)/r + ((1 + mu/C) v/r - w)/tau,  which forgets a wrong start.
-// Left out, being small where l is: l v' in l', and the curve of the tyre above a third of its peak. Range: |l| below some per cent;
-// T positive when driving, negative when braking. The slow part is exact, as in Kokotovic, Khalil and O'Reilly, Singular
-// Perturbation Methods in Control (1986), section 1.2: mu_T is the slow manifold. Tyre and wheel: document 002, eqs 3.1-3.15.
+// So a step of the torque is a step of the friction, 1 ms later at 9 m/s and sooner below. tau_0 is added to tau: what is
+// faster than a sample looks the same whatever its rate, and need not be integrated. The wheel's speed follows its own
+// equation, w = (1 + l) v/r, with the same tau:  w' = (v' + v mu'/C)/r + ((1 + mu/C) v/r - w)/tau,  which forgets a wrong
+// start. Left out, being small where l is: l v' in l', and the curve of the tyre above a third of its peak. Range: |l| below
+// some per cent; T positive when driving, negative when braking. The slow part is exact, as in Kokotovic, Khalil and O'Reilly,
+// Singular Perturbation Methods in Control (1986), section 1.2: mu_T is the slow manifold. Tyre and wheel: document 002,
+// eqs 3.1-3.15.
 #pragma once
 
 #include <cmath>
@@ -64,7 +65,8 @@ struct RollingWheel {
     const double r = q.wheel_radius_m, J = q.wheel_inertia_kgm2;
     const T Nr = (kGravity_mps2 * r) * (at.mass_kg * at.cosine);
     const T resisted = q.drag_n(v) / at.mass_kg + kGravity_mps2 * at.sine;
-    const T left = torque_nm - q.viscous_friction_nms * w - (q.rolling_resistance * Nr) * wheel.rolling_direction(w) + (J / r) * resisted;
+    const T left =
+        torque_nm - q.viscous_friction_nms * w - (q.rolling_resistance * Nr) * wheel.rolling_direction(w) + (J / r) * resisted;
     return left / (Nr * carried(at));
   }
 
@@ -74,8 +76,8 @@ struct RollingWheel {
     using std::sqrt;
     const double r = wheel.quarter.wheel_radius_m;
     const T N = kGravity_mps2 * (at.mass_kg * at.cosine);
-    return least_relaxation_s +
-           (wheel.quarter.wheel_inertia_kgm2 / (slip_stiffness * r * r)) * sqrt(v * v + kSpeedEps_mps * kSpeedEps_mps) / (N * carried(at));
+    return least_relaxation_s + (wheel.quarter.wheel_inertia_kgm2 / (slip_stiffness * r * r)) *
+                                    sqrt(v * v + kSpeedEps_mps * kSpeedEps_mps) / (N * carried(at));
   }
 
   // w', v', mu'

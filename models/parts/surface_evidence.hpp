@@ -1,12 +1,14 @@
-// When can a surface be known? How far a wheel-speed sensor could tell it from the others of Table 1 while the wheel works at slip l and friction mu.
+// When can a surface be known? How far a wheel-speed sensor could tell it from the others of Table 1 while the wheel works at
+// slip l and friction mu.
 //
 //   E = min_j  K/2 ((l_j(mu) - l) / sigma)^2,   j: the other surfaces,   mu(l_j; j) = mu
 //
-// is the expected log-likelihood ratio of K samples with the relative noise sigma between the surface and the nearest of the others that
-// would carry the same force: d'^2/2 of signal detection (Van Trees, Detection, Estimation and Modulation Theory I (1968), section 2.2.2). A
-// surface that cannot carry mu would let the wheel spin: kSpinning. Excitation is called sufficient where E >= kSufficient, a
-// likelihood ratio of 8000 : 1 within 0.1 s of 100 Hz samples: enough against prior odds of 1 : 3000, a change that happens every ten seconds.
-// l_j on the rising branch of the curve. On dry asphalt at a tenth of the weight l is 0.5 %, l_wet 0.45 %, and E at 5 % noise 5e-4.
+// is the expected log-likelihood ratio of K samples with the relative noise sigma between the surface and the nearest of the
+// others that would carry the same force: d'^2/2 of signal detection (Van Trees, Detection, Estimation and Modulation Theory I
+// (1968), section 2.2.2). A surface that cannot carry mu would let the wheel spin: kSpinning. Excitation is called sufficient
+// where E >= kSufficient, a likelihood ratio of 8000 : 1 within 0.1 s of 100 Hz samples: enough against prior odds of 1 : 3000,
+// a change that happens every ten seconds. l_j on the rising branch of the curve. On dry asphalt at a tenth of the weight l is
+// 0.5 %, l_wet 0.45 %, and E at 5 % noise 5e-4.
 #pragma once
 
 #include <algorithm>

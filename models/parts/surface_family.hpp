@@ -2,8 +2,8 @@
 //
 //   mu(l; D) = D sin(C atan(B l - E (B l - atan(B l)))),   B, C, E piecewise linear in D through the four surfaces,
 //
-// constant below ice and above dry. At a surface's own D the curve is that surface's, exactly. Between them it is an interpolation that no
-// measurement stands for. Source of the four: document 002, Table 1; of the formula: parts/pacejka.hpp.
+// constant below ice and above dry. At a surface's own D the curve is that surface's, exactly. Between them it is an
+// interpolation that no measurement stands for. Source of the four: document 002, Table 1; of the formula: parts/pacejka.hpp.
 #pragma once
 
 #include <array>
@@ -36,7 +36,8 @@ T arc_tangent(const T& x) {
 
 struct SurfaceFamily {
   // From the smallest D.
-  static constexpr std::array<PacejkaTyre, 4> kTyres{kSurfaces[3].tyre, kSurfaces[2].tyre, kSurfaces[1].tyre, kSurfaces[0].tyre};
+  static constexpr std::array<PacejkaTyre, 4> kTyres{kSurfaces[3].tyre, kSurfaces[2].tyre, kSurfaces[1].tyre,
+                                                     kSurfaces[0].tyre};
 
   template <typename T>
   static T friction(const T& slip, const T& d) {

@@ -2,9 +2,9 @@
 //
 //   w', v', mu' of parts/rolling_wheel.hpp with q = 0 and m known,   z = (w, a_x),   a_x = mu g - R_aer(v)/m
 //
-// Unlike longitudinal_friction, where only process noise moves mu (document 002, eq. 7.12), noise here says how far the friction may be from
-// what the torque demands: a variance of density s^2 leaves mu with s^2 tau/2. Input: T, the torque at this wheel, as it is at the
-// instant of a step (kInputsAtEnd), since mu there follows T there.
+// Unlike longitudinal_friction, where only process noise moves mu (document 002, eq. 7.12), noise here says how far the
+// friction may be from what the torque demands: a variance of density s^2 leaves mu with s^2 tau/2. Input: T, the torque at
+// this wheel, as it is at the instant of a step (kInputsAtEnd), since mu there follows T there.
 #pragma once
 
 #include "models/parts/rolling_wheel.hpp"

@@ -1,10 +1,11 @@
-// As torque_friction, on a road of unknown grade and with an unknown load: both are states, the grade wanders, the mass does not.
+// As torque_friction, on a road of unknown grade and with an unknown load: both are states, the grade wanders, the mass does
+// not.
 //
 //   w', v', mu' of parts/rolling_wheel.hpp,   q' = 0,   m' = 0,   z = (w, a_x),   a_x = mu g cos a - R_aer(v)/m,   q = tan a
 //
-// a_x is what an accelerometer feels, which stands on the same slope as the vehicle: the specific force, v' + g sin a. It shows mu
-// whatever the mass; the torque that mu needs then shows the mass, and v' against a_x the grade. A gain error of the torque looks like a mass that
-// is wrong by the inverse factor. Input as there.
+// a_x is what an accelerometer feels, which stands on the same slope as the vehicle: the specific force, v' + g sin a. It shows
+// mu whatever the mass; the torque that mu needs then shows the mass, and v' against a_x the grade. A gain error of the torque
+// looks like a mass that is wrong by the inverse factor. Input as there.
 #pragma once
 
 #include "models/parts/rolling_wheel.hpp"
@@ -19,11 +20,8 @@ struct TorqueFrictionLoad {
   static constexpr int kOutputs = 2;
   static constexpr bool kInputsAtEnd = true;
   static constexpr double kLeastMass_kg = 1.0, kMostMass_kg = 1e6;  // a wild estimate is taken for the nearer of these
-  static constexpr std::array<Quantity, kStates> kStateNames{{{"wheel_speed_radps", "rad/s"},
-                                                              {"speed_mps", "m/s"},
-                                                              {"friction", "1"},
-                                                              {"grade", "1"},
-                                                              {"mass_kg", "kg"}}};
+  static constexpr std::array<Quantity, kStates> kStateNames{
+      {{"wheel_speed_radps", "rad/s"}, {"speed_mps", "m/s"}, {"friction", "1"}, {"grade", "1"}, {"mass_kg", "kg"}}};
   static constexpr std::array<Quantity, kInputs> kInputNames{{{"drive_torque_nm", "N m"}}};
   static constexpr std::array<Quantity, kOutputs> kOutputNames{{{"wheel_speed_radps", "rad/s"}, {"a_x_mps2", "m/s^2"}}};
 

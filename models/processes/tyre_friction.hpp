@@ -3,10 +3,11 @@
 //   J w' = T - b w - (mu + f_r sgn w) m g r,   m v' = mu m g - R_aer(v),   D' = 0,   mu = mu(l; D) of parts/surface_family.hpp
 //   z = (w, a_x),   a_x = v',   l = (r w - v) / sqrt(v^2 + v_eps^2)
 //
-// D is the available friction. Algorithms that keep one estimate let it wander (process noise); the bank of models (imm) keeps one per surface
-// of Table 1, with D at its value, and the probabilities that the road is each: kRegimeNames. The road changes from a surface to any other, all alike, at the
-// rate regime_rate_hz. While mu is a small part of D the curves differ by the slip that they need for it, and at 5 % noise that is not seen.
-// v_eps bounds the tyre's rate at low speed, which is B C D m g r^2 / (J v). Input: T at the step's instant. Source: document 002, eqs 3.1-3.15.
+// D is the available friction. Algorithms that keep one estimate let it wander (process noise); the bank of models (imm) keeps
+// one per surface of Table 1, with D at its value, and the probabilities that the road is each: kRegimeNames. The road changes
+// from a surface to any other, all alike, at the rate regime_rate_hz. While mu is a small part of D the curves differ by the
+// slip that they need for it, and at 5 % noise that is not seen. v_eps bounds the tyre's rate at low speed, which is B C D m g
+// r^2 / (J v). Input: T, the torque at this wheel. Source: document 002, eqs 3.1-3.15.
 #pragma once
 
 #include "models/parts/driven_wheel.hpp"

@@ -6,10 +6,11 @@
 //   m v' = mu N - R_aer(v)                      so  v' = (mu g - R_aer/m) / (1 - k mu)
 //   J w' = T_m - mu N r - f_r N r sgn(w) - b w,   s' = v,   t' = 1             (eqs 3.11-3.15, 5.6; the parts' heads)
 //
-// mu is a tyre's mu(slip) on a surface, which may change at given times, a constant, or a constant that steps. Where it is imposed the wheel does not feel its
-// slip: w integrates every difference of T and the grip's torque by 1/J, and nothing brings it back to rolling. State: w, v, s,
-// T_m, t. Mode: how many points of the timetable, of the surfaces and of the friction's step are past; each is an event. T, the commanded
-// torque, is what estimators are told. The available friction is the D of the surface; unknown (NaN) where mu is imposed. Range: forward driving on level ground.
+// mu is a tyre's mu(slip) on a surface, which may change at given times, a constant, or a constant that steps. Where it is
+// imposed the wheel does not feel its slip: w integrates every difference of T and the grip's torque by 1/J, and nothing brings
+// it back to rolling. State: w, v, s, T_m, t. Mode: how many points of the timetable, of the surfaces and of the friction's
+// step are past; each is an event. T, the commanded torque, is what estimators are told. The available friction is the D of the
+// surface; unknown (NaN) where mu is imposed. Range: forward driving on level ground.
 #pragma once
 
 #include <algorithm>
@@ -31,15 +32,15 @@ struct TorqueCar {
   static constexpr int kEvents = 1;
   static constexpr std::array<Crossing, kEvents> kCrossings{Crossing::kRising};
   static constexpr std::array<Quantity, 10> kTruth{{{"wheel_speed_radps", "rad/s"},
-                                                   {"speed_mps", "m/s"},
-                                                   {"friction", "1"},
-                                                   {"a_x_mps2", "m/s^2"},
-                                                   {"slip", "1"},
-                                                   {"distance_m", "m"},
-                                                   {"drive_torque_nm", "N m"},  // commanded, T
-                                                   {"motor_torque_nm", "N m"},  // after the lag, T_m
-                                                   {"normal_force_n", "N"},
-                                                   {"available_friction", "1"}}};
+                                                    {"speed_mps", "m/s"},
+                                                    {"friction", "1"},
+                                                    {"a_x_mps2", "m/s^2"},
+                                                    {"slip", "1"},
+                                                    {"distance_m", "m"},
+                                                    {"drive_torque_nm", "N m"},  // commanded, T
+                                                    {"motor_torque_nm", "N m"},  // after the lag, T_m
+                                                    {"normal_force_n", "N"},
+                                                    {"available_friction", "1"}}};
   static constexpr std::array<Quantity, 1> kInputs{{{"drive_torque_nm", "N m"}}};
   using Mode = TimePoints::Mode;
   using State = Vector<double, kStates>;
@@ -51,11 +52,11 @@ struct TorqueCar {
   double motor_lag_s = 0.0;    // tau; T_m starts at 0
   double load_transfer = 0.0;  // k
   std::string friction = "tyre";
-  std::string surface = "snow";     // of "tyre", at first
+  std::string surface = "snow";        // of "tyre", at first
   std::vector<double> surface_time_s;  // when it changes,
   std::vector<std::string> surfaces;   // and to which
-  double friction_constant = 0.15;  // of "constant"
-  double friction_before = 0.1;     // of "step"
+  double friction_constant = 0.15;     // of "constant"
+  double friction_before = 0.1;        // of "step"
   double friction_after = 0.25;
   double step_time_s = 5.0;
   double initial_wheel_speed_radps = 1.0;  // rolling without slip
@@ -98,7 +99,8 @@ struct TorqueCar {
     for (Mode mode = 0; mode < points_.modes(); ++mode) {
       const double from_s = points_.begin_s(mode);
       const double stepped = from_s < step_time_s ? friction_before : friction_after;
-      pieces_.push_back({timetable_line(from_s, torque_time_s, torque_nm), friction == "step" ? stepped : friction_constant, surface_at(from_s)});
+      pieces_.push_back({timetable_line(from_s, torque_time_s, torque_nm), friction == "step" ? stepped : friction_constant,
+                         surface_at(from_s)});
     }
     has_tyre_ = friction == "tyre";
   }

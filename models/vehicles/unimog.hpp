@@ -2,15 +2,16 @@
 // of the vehicle on it (document 002, chapter 7).
 //
 //   T  = demand * T_m(w_m) * eta_t i_cx i_dif / 4,   w_m = max(w i_cx i_dif, w_idle)       (eqs 7.3-7.10)
-//   J w' = T - mu(l) N r - T_rol,   N = m g cos a,   m v' = mu(l) N - R_aer - m g sin a,   s' = v   (eqs 3.11-3.15, l of eq. 3.1)
-//   T  = -T_b sgn w while it brakes, with the clutch open
+//   J w' = T - mu(l) N r - T_rol,   N = m g cos a,   m v' = mu(l) N - R_aer - m g sin a,   s' = v   (eqs 3.11-3.15, l of
+//   eq. 3.1) T  = -T_b sgn w while it brakes, with the clutch open
 //
-// State: wheel speed w, vehicle speed v, distance s. Mode: the gear, whether the clutch slips at idle, whether it brakes, the stretch of road.
-// Events: upshift when the engine reaches the shift speed from below; the clutch closes or opens at idle speed; the brake is
-// pressed when v reaches brake_from_mps (0: never) and let go at brake_until_mps, in the lowest gear from the initial one up whose engine is then below
-// the shift speed; the kinks of the grade tan a, which is linear in s between its points. The document's road is level and its drive has no brake.
-// a_x is the specific force along the road that an accelerometer feels, v' + g sin a: on the level v'.
-// Range: forward driving. At low speed the tyre-wheel mode is stiff, about -8800/v per second.
+// State: wheel speed w, vehicle speed v, distance s. Mode: the gear, whether the clutch slips at idle, whether it brakes, the
+// stretch of road. Events: upshift when the engine reaches the shift speed from below; the clutch closes or opens at idle
+// speed; the brake is pressed when v reaches brake_from_mps (0: never) and let go at brake_until_mps, in the lowest gear from
+// the initial one up whose engine is then below the shift speed; the kinks of the grade tan a, which is linear in s between its
+// points. The document's road is level and its drive has no brake. a_x is the specific force along the road that an
+// accelerometer feels, v' + g sin a: on the level v'. Range: forward driving. At low speed the tyre-wheel mode is stiff, about
+// -8800/v per second.
 //
 // What the document leaves open was found by search against its Figure 40 and Table 14: start in third gear, upshift at
 // rated speed, 40 % demand with a quarter of the torque at each wheel, start at 0.5 rad/s without slip, engine points as below.
@@ -37,7 +38,7 @@ struct Unimog {
   static constexpr int kStates = 3;
   static constexpr int kEvents = 4;
   static constexpr std::array<Crossing, kEvents> kCrossings{Crossing::kRising, Crossing::kBoth, Crossing::kRising,
-                                                           Crossing::kRising};
+                                                            Crossing::kRising};
   static constexpr std::array<Quantity, 12> kTruth{{{"wheel_speed_radps", "rad/s"},
                                                     {"speed_mps", "m/s"},
                                                     {"friction", "1"},
@@ -181,7 +182,7 @@ struct Unimog {
     const T& w = x[0];
     const T& v = x[1];
     const T q = grade_at(x[2], mode), cosine = 1.0 / sqrt(1.0 + q * q);
-    const T felt = tyre_.friction(slip(w, v)) * cosine;  // F_x / (m g)
+    const T felt = tyre_.friction(slip(w, v)) * cosine;                  // F_x / (m g)
     const T lighter_nm = (1.0 - cosine) * quarter.rolling_torque_nm(w);  // rolling resistance that the slope takes off
     return {quarter.wheel_acceleration_radps2(T(wheel_torque(w, mode) + lighter_nm), felt, w),
             quarter.acceleration_mps2(felt, v) - kGravity_mps2 * (q * cosine), v};
@@ -204,7 +205,8 @@ struct Unimog {
     } else if (event == 2) {
       mode.braking = !mode.braking;
       if (!mode.braking)
-        for (mode.gear = static_cast<int>(initial_gear); mode.gear < driveline.gears() && !is_slow(shift_speed_rpm);) ++mode.gear;
+        for (mode.gear = static_cast<int>(initial_gear); mode.gear < driveline.gears() && !is_slow(shift_speed_rpm);)
+          ++mode.gear;
       mode.idling = is_slow(idle_speed_rpm);
     } else {
       mode.road = points_.after(mode.road);

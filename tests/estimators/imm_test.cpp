@@ -1,4 +1,5 @@
-// The bank of models: exact where there is nothing but the regime, which friction is available on a road that changes, and what cannot be known.
+// The bank of models: exact where there is nothing but the regime, which friction is available on a road that changes, and what
+// cannot be known.
 #include "estimators/imm.hpp"
 
 #include <gtest/gtest.h>
@@ -105,7 +106,8 @@ struct Naming {
   int not_named = 0;           // surfaces that were excited and never named right
 };
 
-// A surface is named when its probability is 0.9 or more. The 95 % interval: the values of D with at most 2.5 % of the probability beyond.
+// A surface is named when its probability is 0.9 or more. The 95 % interval: the values of D with at most 2.5 % of the
+// probability beyond.
 Naming naming(const Scenario& given, int seeds) {
   constexpr double kNamed = 0.9, kTail = 0.025, kAllowed_s = 0.3, kStep_s = 0.01;
   Scenario scenario = given;
@@ -144,8 +146,8 @@ Naming naming(const Scenario& given, int seeds) {
     EXPECT_EQ(p.fallbacks(), 0U);
   }
   to.wrong /= total, to.covered /= total, to.named /= total, to.sigma /= total;
-  std::printf("%s: right after %.2f s at most, wrong %.4f, never %d, covered %.4f, named %.3f, sigma of D %.3f\n", given.name.c_str(),
-              to.worst_delay_s, to.wrong, to.not_named, to.covered, to.named, to.sigma);
+  std::printf("%s: right after %.2f s at most, wrong %.4f, never %d, covered %.4f, named %.3f, sigma of D %.3f\n",
+              given.name.c_str(), to.worst_delay_s, to.wrong, to.not_named, to.covered, to.named, to.sigma);
   return to;
 }
 
@@ -162,14 +164,14 @@ TEST(AvailableFriction, IsKnownWhenTheWheelShowsIt) {
   EXPECT_GE(n.covered, 0.95);
 }
 
-// The bar: the 95 % interval contains the truth at least 95 % of the time. On dry road and wet the two stay open: half of their distance, 0.09, is the
-// least sigma of who does not know.
+// The bar: the 95 % interval contains the truth at least 95 % of the time. On dry road and wet the two stay open: half of their
+// distance, 0.09, is the least sigma of who does not know.
 TEST(AvailableFriction, StaysOpenWhenTheWheelShowsNothing) {
   const Naming changing = naming(shipped_scenario("surfaces_gentle"), 20);
   EXPECT_GE(changing.covered, 0.95);
   for (const char* surface : {"dry", "wet", "snow", "ice"}) {
-    const Naming n = naming(shipped_scenario("surfaces_gentle", {std::string("vehicle.surface=") + surface, "vehicle.surface_time_s=[]",
-                                                                 "vehicle.surfaces=[]"}),
+    const Naming n = naming(shipped_scenario("surfaces_gentle", {std::string("vehicle.surface=") + surface,
+                                                                 "vehicle.surface_time_s=[]", "vehicle.surfaces=[]"}),
                             5);
     EXPECT_GE(n.covered, 0.95) << surface;
     if (std::string_view(surface) == "dry") {

@@ -1,5 +1,5 @@
-// Friction that follows the torque, over seeds 1 to 20: no lag at the gear changes, a right start, an unknown hill, an unknown load with
-// braking. The tuning was chosen on seeds from 1000.
+// Friction that follows the torque, over seeds 1 to 20: no lag at the gear changes, a right start, an unknown hill, an unknown
+// load with braking. The tuning was chosen on seeds from 1000.
 #include <gtest/gtest.h>
 
 #include "io/scenario_reader.hpp"
@@ -54,14 +54,15 @@ Summary summarise(const std::string& file, const std::string& algorithm, int see
   }
   s.r2_friction = median_of(r2_friction), s.r2_wheel_speed = median_of(r2_wheel), s.nees = median_of(nees);
   s.mass_error = std::sqrt(s.mass_error);
-  std::printf("%s, %s: R2 mu %.6f w %.6f, NEES %.3f of %s, steps %.2f sigma, start %.4f, mass %.2f kg (sigma %.2f), fallbacks %zu\n",
-              file.c_str(), algorithm.c_str(), s.r2_friction, s.r2_wheel_speed, s.nees, s.mass_sigma > 0.0 ? "5" : "3",
-              s.at_torque_steps, s.start, s.mass_error, s.mass_sigma, s.fallbacks);
+  std::printf(
+      "%s, %s: R2 mu %.6f w %.6f, NEES %.3f of %s, steps %.2f sigma, start %.4f, mass %.2f kg (sigma %.2f), fallbacks %zu\n",
+      file.c_str(), algorithm.c_str(), s.r2_friction, s.r2_wheel_speed, s.nees, s.mass_sigma > 0.0 ? "5" : "3",
+      s.at_torque_steps, s.start, s.mass_error, s.mass_sigma, s.fallbacks);
   return s;
 }
 
-// The bars of the bench: no error at a gear change beyond three sigma, and the transient of the start gone within 0.1 s, which is taken as
-// 5 % of the friction for every later sample of the first half second.
+// The bars of the bench: no error at a gear change beyond three sigma, and the transient of the start gone within 0.1 s, which
+// is taken as 5 % of the friction for every later sample of the first half second.
 void expect_no_transients(const Summary& s) {
   EXPECT_LE(s.at_torque_steps, 3.0);
   EXPECT_LE(s.start, 0.05);
@@ -86,8 +87,8 @@ TEST(TorqueFriction, TenPerCent) {
   EXPECT_LT(s.nees, 3.6);
 }
 
-// The other algorithms know the model, too. Few seeds: they are slow, and these bars are met with room. A plain particle filter's sigma of the speeds
-// is too small here: their process noise is far below what a thousand particles resolve.
+// The other algorithms know the model, too. Few seeds: they are slow, and these bars are met with room. A plain particle
+// filter's sigma of the speeds is too small here: their process noise is far below what a thousand particles resolve.
 TEST(TorqueFriction, AllAlgorithms) {
   for (const char* algorithm : {"mhe", "pf", "rbpf"}) {
     const Summary s = summarise("unimog_torque.toml", algorithm, 2);
@@ -108,8 +109,8 @@ TEST(TorqueFriction, UnknownLoadAndBraking) {
   const Summary s = summarise("unimog_load.toml", "ekf", 20);
   EXPECT_GE(s.r2_friction, 0.99);
   EXPECT_LE(s.at_torque_steps, 3.0);
-  EXPECT_LE(s.mass_error, 20.0);                   // from 600 kg
-  EXPECT_LE(s.mass_error, 2.0 * s.mass_sigma);     // and it says so: 20 runs give the ratio to a sixth
+  EXPECT_LE(s.mass_error, 20.0);                // from 600 kg
+  EXPECT_LE(s.mass_error, 2.0 * s.mass_sigma);  // and it says so: 20 runs give the ratio to a sixth
   EXPECT_NEAR(s.nees, 5.0, 2.5);
 }
 

@@ -395,8 +395,7 @@ TEST(Refusals, ListsOfChoices) {
             "surfaces: found \"mud\", expected one of \"dry\", \"wet\", \"snow\", \"ice\"");
   EXPECT_EQ(told("vehicle.surfaces=\"ice\""),
             "surfaces: found \"ice\", expected a list, each one of \"dry\", \"wet\", \"snow\", \"ice\"");
-  EXPECT_EQ(told("vehicle.surfaces=[\"ice\"]"),
-            "surfaces: has 1 values, expected 3, one for each of vehicle.surface_time_s");
+  EXPECT_EQ(told("vehicle.surfaces=[\"ice\"]"), "surfaces: has 1 values, expected 3, one for each of vehicle.surface_time_s");
 }
 
 TEST(ScenarioReader, RefusesUnknownKeysWithASuggestion) {

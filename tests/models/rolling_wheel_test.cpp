@@ -1,4 +1,5 @@
-// A wheel that hardly slips on a slope, against the equations it was derived from, worked out here; and the Unimog's hill and brake.
+// A wheel that hardly slips on a slope, against the equations it was derived from, worked out here; and the Unimog's hill and
+// brake.
 #include "models/parts/rolling_wheel.hpp"
 
 #include <gtest/gtest.h>
@@ -59,12 +60,13 @@ TEST(RollingWheel, FrictionFollowsAStepOfTheTorqueWithinASample) {
     }
     return y;
   }();
-  // By hand: ((2000 + 11.5/0.52 * 0.5*1.2*0.6*5.6*64/2000) / (2000*9.81*0.52) - 0.02) / (1 + 11.5/(2000*0.2704)) = 0.17245; v' g moves v
+  // By hand: ((2000 + 11.5/0.52 * 0.5*1.2*0.6*5.6*64/2000) / (2000*9.81*0.52) - 0.02) / (1 + 11.5/(2000*0.2704)) = 0.17245; v'
+  // g moves v
   const double drag = 0.5 * 1.2 * 0.6 * 5.6 * 64.0 / 2000.0;
   const double mu = ((2000.0 + kJ / kR * drag) / (2000.0 * kG * kR) - 0.02) / (1.0 + kJ / (2000.0 * kR * kR));
-  EXPECT_NEAR(after[2], mu, 0.0015);                                   // exp(-10 ms / 1.9 ms) = 0.5 % of the step of 0.14
+  EXPECT_NEAR(after[2], mu, 0.0015);                                     // exp(-10 ms / 1.9 ms) = 0.5 % of the step of 0.14
   EXPECT_NEAR(after[0], after[1] * (1.0 + after[2] / 19.0) / kR, 1e-3);  // v' l tau / r: 3e-5 rad/s; Euler
-  EXPECT_NEAR(after[1] - v, kG * 0.01 * 0.8 * mu, 0.004);              // the mean friction is about 0.8 of the last, minus drag
+  EXPECT_NEAR(after[1] - v, kG * 0.01 * 0.8 * mu, 0.004);  // the mean friction is about 0.8 of the last, minus drag
 }
 
 // A heavier vehicle is a smaller friction; a_x is the specific force and does not know the mass but for the drag.
@@ -153,10 +155,10 @@ TEST(UnimogHill, BrakesFromOneSpeedToAnotherAndPullsAwayInAGearThatFits) {
   EXPECT_GT(u.events({3.8, 1.9, 0.0}, m)[2], 0.0);
   m = u.after_event(2, {3.8, 2.0, 0.0}, m);
   EXPECT_FALSE(m.braking);
-  EXPECT_EQ(m.gear, 3);       // 3.8 rad/s * 4.375 * 6.94 = 1102 rpm
+  EXPECT_EQ(m.gear, 3);  // 3.8 rad/s * 4.375 * 6.94 = 1102 rpm
   EXPECT_FALSE(m.idling);
   m = u.after_event(2, {8.5, 4.4, 0.0}, {6, false, true, 0});
-  EXPECT_EQ(m.gear, 4);       // third: 2465 rpm, beyond 2200; fourth: 1813 rpm
+  EXPECT_EQ(m.gear, 4);  // third: 2465 rpm, beyond 2200; fourth: 1813 rpm
 }
 
 TEST(UnimogHill, RefusalsWordForWord) {
@@ -170,10 +172,15 @@ TEST(UnimogHill, RefusalsWordForWord) {
     }
     return std::string("(accepted)");
   };
-  EXPECT_EQ(refusal([](Unimog& u) { u.grade = {0.0, 0.1}; }),
+  EXPECT_EQ(refusal([](Unimog& u) {
+              u.grade = {0.0, 0.1};
+            }),
             "vehicle.grade: has 2 values, expected 1, one for each of vehicle.grade_at_m");
-  EXPECT_EQ(refusal([](Unimog& u) { u.grade_at_m = {}, u.grade = {}; }), "vehicle.grade: is empty, expected at least one number");
-  EXPECT_EQ(refusal([](Unimog& u) { u.grade_at_m = {2.0, 2.0}, u.grade = {0.0, 0.1}; }),
+  EXPECT_EQ(refusal([](Unimog& u) { u.grade_at_m = {}, u.grade = {}; }),
+            "vehicle.grade: is empty, expected at least one number");
+  EXPECT_EQ(refusal([](Unimog& u) {
+              u.grade_at_m = {2.0, 2.0}, u.grade = {0.0, 0.1};
+            }),
             "vehicle.grade_at_m: expected increasing numbers, found 2.000000 after 2.000000");
   EXPECT_EQ(refusal([](Unimog& u) { u.brake_from_mps = 2.0; }),
             "vehicle.brake_until_mps: found 2.000000, expected less than brake_from_mps");

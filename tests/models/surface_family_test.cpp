@@ -114,7 +114,9 @@ TEST(TorqueCarSurfaces, RefusalsWordForWord) {
   };
   EXPECT_EQ(refusal([](TorqueCar& c) { c.surfaces = {"ice"}; }),
             "vehicle.surfaces: has 1 values, expected 0, one for each of vehicle.surface_time_s");
-  EXPECT_EQ(refusal([](TorqueCar& c) { c.surfaces = {"ice", "wet"}, c.surface_time_s = {2.0, 2.0}; }),
+  EXPECT_EQ(refusal([](TorqueCar& c) {
+              c.surfaces = {"ice", "wet"}, c.surface_time_s = {2.0, 2.0};
+            }),
             "vehicle.surface_time_s: expected increasing times, found 2.000000 after 2.000000");
   EXPECT_EQ(refusal([](TorqueCar& c) { c.surfaces = {"ice", "ice"}, c.surface_time_s = {2.0, 3.0}; }), "(accepted)");
 }
