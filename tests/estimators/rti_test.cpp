@@ -258,7 +258,7 @@ TEST(RealTimeIteration, RandomWindowsWithProcessNoiseAreExact) {
   while (tally.windows < wanted) {
     const Drive d = random_drive(random, 6, true);
     const std::size_t window = random.uniform() < 0.8 ? 1 : 2;
-    RtiMhe<AnyLinear> mhe(d.belief, static_cast<int>(window));
+    RtiMhe<AnyLinear> mhe(d.belief, static_cast<int>(window), kToConvergence);
     mhe.start_given();
     Gaussian<AnyLinear> arrival{d.belief.initial_mean, d.belief.initial_variance.asDiagonal()};
     for (std::size_t k = 0; k < d.samples.size(); ++k) {
@@ -295,7 +295,7 @@ TEST(RealTimeIteration, RandomWindowsWithoutProcessNoiseAreExactOrFallBack) {
   const int wanted = windows_wanted(3000);
   while (tally.windows < wanted) {
     const Drive d = random_drive(random, 4, false);
-    RtiMhe<AnyLinear> mhe(d.belief, 8);
+    RtiMhe<AnyLinear> mhe(d.belief, 8, kToConvergence);
     mhe.start_given();
     const Eigen::Matrix2d information = d.belief.initial_variance.cwiseInverse().asDiagonal();
     for (std::size_t k = 0; k < d.samples.size(); ++k) {
@@ -318,7 +318,7 @@ TEST(RealTimeIteration, RandomWindowsOfTheDocumentsFormAreExact) {
   while (tally.windows < wanted) {
     const Drive d = random_drive(random, 6, false);
     const std::size_t window = 3;
-    RtiSingleShooting<AnyLinear> mhe(d.belief, static_cast<int>(window), d.weight);
+    RtiSingleShooting<AnyLinear> mhe(d.belief, static_cast<int>(window), d.weight, kToConvergence);
     mhe.start_given();
     Eigen::Vector2d arrival = d.belief.initial_mean, first_state = arrival;
     for (std::size_t k = 0; k < d.samples.size(); ++k) {
