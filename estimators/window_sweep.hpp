@@ -163,7 +163,8 @@ class WindowSweep {
           if (side == Side::kFree) continue;
           // Where the others leave nothing of this component, it cannot be moved; a small variance tells what would have to
           // give.
-          const double variance = std::max(0.0, 1e-10 * s.covariance[k][k] - p[k][k]);
+          const double least = 1e-10 * s.covariance[k][k] + 1e-12 * scale[k] * scale[k];
+          const double variance = std::max(0.0, least - p[k][k]);
           const double bound = side == Side::kLower ? belief_.lower[k] : belief_.upper[k];
           double ph[n];
           for (int r = 0; r < n; ++r) ph[r] = p[r][k];

@@ -95,7 +95,8 @@ TEST_P(RtiExperiment, ConvergesToTheSolutionOfIpopt) {
           }
           std::printf("%s %s N = %d: %.1e sigma apart, %zu steps, %zu fallbacks, %zu held\n", e.scenario, e.tuning, e.window,
                       apart.most, apart.compared, apart.fallbacks, apart.held);
-          EXPECT_LT(apart.most, 1e-4);
+          // Ipopt stops at 1e-6 of these units; a bound that barely holds it keeps away from by more than that.
+          EXPECT_LT(apart.most, e.upper.empty() ? 1e-5 : 1e-3);
           EXPECT_EQ(apart.fallbacks, 0U);
           if (!e.upper.empty()) {
             EXPECT_GT(apart.held, 20U);
@@ -140,12 +141,12 @@ TEST(RtiByKey, EstimatesAsIpoptDoesAndPublishesItsResidual) {
       for (std::size_t i = 0; i < n; ++i)
         apart = std::max(apart, std::abs(e.mean[i] - expected.mean[i]) / std::sqrt(expected.covariance[i * (n + 1)]));
       EXPECT_GE(e.kkt_residual, 0.0);
-      EXPECT_LE(e.kkt_residual, 1e-2);  // of the settings
+      EXPECT_LE(e.kkt_residual, RtiSettings{}.acceptable);
       EXPECT_GE(expected.kkt_residual, 0.0);
       EXPECT_LE(expected.kkt_residual, 1e-5);  // Ipopt's acceptable tolerance
     }
     std::printf("%s %s %s: %.1e sigma apart\n", file.c_str(), algorithm.c_str(), tuning.c_str(), apart);
-    EXPECT_LT(apart, 0.05);  // five times the residual that is let pass
+    EXPECT_LT(apart, 0.1);  // the residual that is let pass
   }
   EXPECT_EQ(play(scenario_of({"unimog", "", 0, 0}), "ekf", "matched").estimates.back().kkt_residual, -1.0);
 }

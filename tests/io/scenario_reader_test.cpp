@@ -484,7 +484,7 @@ TEST(ScenarioReader, RefusesValuesOutOfRange) {
   EXPECT_EQ(refused_with("tuning = \"matched\"", "tuning = \"matchd\""),
             "s.toml:8:10: estimator.tuning: found \"matchd\", expected \"matched\"");
   EXPECT_EQ(refused_with("[tuning.matched]", "[tuning.matched]\nmhe_solver = \"rtj\""),
-            "s.toml:13:14: tuning.matched.mhe_solver: found 'rtj', expected one of: ipopt, rti");
+            "s.toml:13:14: tuning.matched.mhe_solver: found \"rtj\", expected one of \"ipopt\", \"rti\"");
   EXPECT_EQ(refused_with("[tuning.matched]", "[tuning.matched]\nmhe_window = 0"),
             "s.toml:13:14: tuning.matched.mhe_window: found 0, expected a whole number from 1 to 1000");
   for (const char* particles : {"0", "1000001"})
