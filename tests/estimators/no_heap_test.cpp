@@ -103,8 +103,8 @@ TEST(NoHeap, StepsAllocateNothing) {
                   *std::make_unique<RtiSingleShooting<LongitudinalFriction> >(bounded, window, Eigen::Vector3d::Ones())),
               0);
   }
-  const Belief<TyreFriction> road{
-      TyreFriction{}, belief().noise, {1e-4, 1e-6, 0.0}, false, {10.0, 5.2, 0.6}, {0.01, 0.001, 0.1}};
+  const Belief<TyreFriction> road{TyreFriction{}, belief().noise,   {1e-4, 1e-6, 0.0},
+                                  false,          {10.0, 5.2, 0.6}, {0.01, 0.001, 0.1}};
   EXPECT_EQ(allocations_of_steps(*std::make_unique<Imm<TyreFriction> >(road)), 0);
   for (const Resampling method : {Resampling::kSystematic, Resampling::kStratified, Resampling::kResidual}) {
     const ParticleSettings settings{100, method, 0.5, true};

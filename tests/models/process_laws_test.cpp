@@ -62,7 +62,8 @@ TYPED_TEST(ProcessLaws, ConstantsDoNotChange) {
   for (const auto& x : this->states())
     for (const auto& u : this->inputs()) {
       const auto rate = this->model_.template derivative<double>(x, u);
-      for (std::size_t i = 0; i < is_constant.size(); ++i) EXPECT_TRUE(!is_constant[i] || rate[static_cast<int>(i)] == 0.0) << i;
+      for (std::size_t i = 0; i < is_constant.size(); ++i)
+        EXPECT_TRUE(!is_constant[i] || rate[static_cast<int>(i)] == 0.0) << i;
     }
 }
 
