@@ -135,7 +135,7 @@ struct Bus::Impl {
     if (channel == "PROGRESS") return checked_as<slipstream::progress>(data, size, "qqqs", handlers.progress);
     if (channel == "CONTROL") return checked_as<slipstream::control>(data, size, "qqqb", handlers.control);
     if (channel.rfind(kEstimatePrefix, 0) == 0)
-      return checked_as<slipstream::estimate>(data, size, "qqqsbnDMnDDnSDMBdqq", handlers.estimate);
+      return checked_as<slipstream::estimate>(data, size, "qqqsbnDMnDDnSDMBddqq", handlers.estimate);
     if (!handlers.reading) return {};
     for (const ReadingChannel& c : kReadingChannels) {
       if (channel != c.channel) continue;
