@@ -53,7 +53,7 @@ Played play(const Scenario& scenario) {
 TEST(SimulatedDrive, NamesAreTheInputTheSensorsAndTheVehiclesTruth) {
   const auto drive = make_simulated_drive(unimog());
   EXPECT_EQ(drive->quantities(), (std::vector<std::string>{"drive_torque_nm", "wheel_speed_radps", "a_x_mps2"}));
-  ASSERT_EQ(drive->truth_names().size(), 10u);
+  ASSERT_EQ(drive->truth_names().size(), 12u);
   EXPECT_EQ(drive->truth_names()[kWheel], "wheel_speed_radps");
   EXPECT_EQ(drive->truth_names()[kAx], "a_x_mps2");
   EXPECT_EQ(drive->truth_units()[kWheel], "rad/s");
@@ -123,7 +123,7 @@ TEST(SimulatedDrive, EpochsIncreaseInputsComeFirstAndNothingIsEmpty) {
   }
   // At 0 and at 1 s all four meet: one epoch with everything.
   EXPECT_EQ(p.epochs.front().readings.size(), 3u);
-  EXPECT_EQ(p.epochs.front().truth.size(), 10u);
+  EXPECT_EQ(p.epochs.front().truth.size(), 12u);
   EXPECT_EQ(p.epochs.front().readings[0].channel, 0);
 }
 
