@@ -6,9 +6,9 @@
 // The problem solves q with some x_j fixed; two methods ask it to.
 //   1. Primal-dual active set: fix what oversteps, free what pulls away from its bound, all at once; from the set of the last
 //      step one or two rounds are the rule. It may cycle.    Hintermueller, Ito, Kunisch, SIAM J. Optim. 13 (2002), algorithm 1
-//   2. Then the dual method, which cannot: from the free minimum, take the bound that is overstepped most; on the way to it
-//   drop
-//      whatever force would change its sign.   Goldfarb, Idnani, Math. Programming 27 (1983), with each step's end solved anew
+//   2. Then the dual method, which cannot: from the free minimum, take the bound that is overstepped most; on the way to it,
+//      drop whatever force would change its sign.
+//                                     Goldfarb, Idnani, Math. Programming 27 (1983), with each step's end solved anew
 // Both end in the same conditions, which are checked, so that a success is one. The number of rounds is bounded.
 #pragma once
 

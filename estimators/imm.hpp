@@ -14,7 +14,8 @@
 // and count against it; and a regime that changes within dt leaves a state anywhere between early and late. A regime's value is
 // known to kRegimeVariance, which is added to what is published. Interval of the regime's state: the values that leave at most
 // half a per cent of probability outside on each side, and that deviation; of the others 2.58 standard deviations. At the start
-// all regimes are alike. Where no likelihood is finite the shares stay as predicted (kFallback).
+// all regimes are alike. A way whose update or likelihood is not finite keeps its prior and counts for nothing; where that is
+// so of all, the shares stay as predicted. The estimate is then finite and kFallback.
 #pragma once
 
 #include <algorithm>
@@ -63,13 +64,13 @@ class Imm final : public GaussianEstimator<M> {
         share_[j] = {probability_[j], 0.0, 0.0};
       }
     }
-    const double greatest = judge_all(u, step);
+    bool all_judged = true;
+    const double greatest = judge_all(u, step, all_judged);
     if (std::isfinite(greatest))
       for (std::size_t j = 0; j < kRegimes; ++j)
-        for (std::size_t k = 0; k < kWays; ++k)
-          share_[j][k] = std::isfinite(log_share_[j][k]) ? std::exp(log_share_[j][k] - greatest) : 0.0;
+        for (std::size_t k = 0; k < kWays; ++k) share_[j][k] = std::exp(log_share_[j][k] - greatest);
     merge();
-    publish(std::isfinite(greatest) ? EstimateStatus::kValid : EstimateStatus::kFallback);
+    publish(all_judged ? EstimateStatus::kValid : EstimateStatus::kFallback);
   }
 
   Posterior posterior() const override {
@@ -122,25 +123,50 @@ class Imm final : public GaussianEstimator<M> {
     }
   }
 
-  // Updates every way and puts the logarithm of its new share, not yet normalised, into log_share_. Returns the greatest.
-  double judge_all(const Input& u, const StepInput& step) {
-    double greatest = -std::numeric_limits<double>::infinity();
+  static bool finite(const Gaussian<M>& g) { return g.mean.allFinite() && g.covariance.allFinite(); }
+
+  // Updates every way and puts the logarithm of its new share, not yet normalised, into log_share_; minus infinity where that
+  // is not possible, which `all_judged` tells. Returns the greatest.
+  double judge_all(const Input& u, const StepInput& step, bool& all_judged) {
+    constexpr double kImpossible = -std::numeric_limits<double>::infinity();
+    double greatest = kImpossible, judged = 0.0;
     Vector<double, m>& mean = this->innovation_.value;
     Matrix<double, m>& covariance = this->innovation_.covariance;
     mean.setZero(), covariance.setZero();
     for (std::size_t j = 0; j < kRegimes; ++j)
       for (std::size_t k = 0; k < kWays; ++k) {
-        const Gaussian<M> prior = way_[j][k];
+        Gaussian<M>& way = way_[j][k];
+        const bool predicted = finite(way);
+        const Gaussian<M> prior = predicted ? way : filter_[j];  // the regime's last estimate, which is finite
         Innovation<M> seen;
         innovate_into(this->belief_, prior, u, step.measured_value.data(), step.measured, seen);
-        update_into(prior, seen, way_[j][k]);
-        log_share_[j][k] = std::log(share_[j][k]) + log_likelihood(seen);
-        if (std::isfinite(log_share_[j][k]) && log_share_[j][k] > greatest) greatest = log_share_[j][k];
+        update_into(prior, seen, way);
+        const double log_l = log_likelihood(seen);
+        if (!predicted || !finite(way) || !std::isfinite(log_l)) {
+          way = prior, log_share_[j][k] = kImpossible;
+          all_judged = all_judged && share_[j][k] <= 0.0;
+          continue;
+        }
+        log_share_[j][k] = std::log(share_[j][k]) + log_l;
+        greatest = std::max(greatest, log_share_[j][k]);
+        judged += share_[j][k];
         mean += share_[j][k] * seen.value;
         covariance += share_[j][k] * (seen.covariance + seen.value * seen.value.transpose());
       }
+    if (!all_judged) settle_innovation(judged);
     covariance -= mean * mean.transpose();
     return greatest;
+  }
+
+  // Of the ways that could be judged; as if nothing had been measured where none could.
+  void settle_innovation(double judged) {
+    if (judged > 0.0) {
+      this->innovation_.value /= judged;
+      this->innovation_.covariance /= judged;
+    } else {
+      this->innovation_.value.setZero();
+      this->innovation_.covariance.setIdentity();
+    }
   }
 
   // p_j and the one Gaussian of each regime. Where all ways into one are out of the question the likeliest is kept whole.
@@ -157,16 +183,21 @@ class Imm final : public GaussianEstimator<M> {
       else
         within[static_cast<std::size_t>(std::max_element(log_share_[j].begin(), log_share_[j].end()) - log_share_[j].begin())] =
             1.0;
-      filter_[j] = mixture(way_[j], within);
+      const Gaussian<M> merged = mixture(way_[j], within);
+      const auto likeliest = static_cast<std::size_t>(std::max_element(within.begin(), within.end()) - within.begin());
+      filter_[j] = finite(merged) ? merged : way_[j][likeliest];  // a spread beyond the range of numbers is let go
     }
     for (double& p : probability_) p /= total;
   }
 
+  // What has no share is left out: it may be anything.
   template <std::size_t K>
   static Gaussian<M> mixture(const std::array<Gaussian<M>, K>& of, const std::array<double, K>& share) {
     Gaussian<M> to{Vector<double, n>::Zero(), Matrix<double, n>::Zero()};
-    for (std::size_t i = 0; i < K; ++i) to.mean += share[i] * of[i].mean;
+    for (std::size_t i = 0; i < K; ++i)
+      if (share[i] > 0.0) to.mean += share[i] * of[i].mean;
     for (std::size_t i = 0; i < K; ++i) {
+      if (!(share[i] > 0.0)) continue;
       const Vector<double, n> off = of[i].mean - to.mean;
       to.covariance += share[i] * (of[i].covariance + off * off.transpose());
     }

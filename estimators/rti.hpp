@@ -10,7 +10,7 @@
 //   |x_0 - xbar - Pbar a_0| / s,   |x_i - f(x_i-1) - Q_i a_i| / s,   |a_i - F_i' a_i+1 - H_i' R_i^-1 (z_i - h(x_i)) - c_i| s
 //
 // with c_i the forces of the bounds, all of the right sign. Above `acceptable` or not finite, the Kalman update of the last
-// posterior is published with status `fallback`, and the window goes on from where it was.
+// posterior is published with status `fallback` and no residual (NaN), and the window goes on from where it was.
 //
 // Diehl, Bock, Schloeder, SIAM J. Control Optim. 43 (2005), section 3 (real-time iteration); Kuehl et al., Comput. Chem. Eng.
 // 35 (2011) (the same for moving horizons); Albersmeyer, Diehl, SIAM J. Optim. 20 (2010) (lifted Newton: single shooting whose
@@ -109,8 +109,10 @@ class RealTimeHorizon : public GaussianEstimator<M> {
   void keep() {
     for (int r = 0; r < n; ++r) std::copy_n(rows_.from(At::x + r, 0), rows_.size(), kept_.begin() + r * (window_ + 2));
   }
-  // The solution as it was kept, the newest state that of the Kalman update, which is the estimate.
+  // The solution as it was kept, the newest state that of the Kalman update, which is the estimate: no solution of the window,
+  // so there is no residual.
   void fall_back() {
+    this->kkt_residual_ = std::numeric_limits<double>::quiet_NaN();
     this->estimate_ = update(Gaussian<M>(this->estimate_), this->innovation_);
     const int last = rows_.size() - 1;
     for (int r = 0; r < n; ++r) {
@@ -154,7 +156,6 @@ class RtiMhe final : public RealTimeHorizon<M> {
     const int last = rows_.size() - 1;
     this->weigh(step, sweep_.prior(last).covariance);
     this->keep();
-    this->kkt_residual_ = std::numeric_limits<double>::quiet_NaN();
     Damping damping;
     for (int programs = 1;; ++programs) {
       const Matrix<double, n> covariance = sweep_.finish();
@@ -313,7 +314,6 @@ class RtiSingleShooting final : public RealTimeHorizon<M> {
     this->weigh(step, this->estimate_.covariance);
     this->keep();
     sums_.append(rows_, line_);
-    this->kkt_residual_ = std::numeric_limits<double>::quiet_NaN();
     Damping damping;
     for (int programs = 1;; ++programs) {
       if (!solve()) break;
@@ -324,9 +324,8 @@ class RtiSingleShooting final : public RealTimeHorizon<M> {
       damping.judge(this->kkt_residual_);
       const bool enough = this->kkt_residual_ <= settings_.enough;
       if (enough || programs == settings_.most_programs) {
-        if (!(this->kkt_residual_ <= settings_.acceptable)) break;
-        publish();
-        return;
+        if (!(this->kkt_residual_ <= settings_.acceptable) || !take_solution()) break;
+        return this->settle(EstimateStatus::kValid);
       }
       if (staying() > 0) condense(0);
     }
@@ -396,11 +395,12 @@ class RtiSingleShooting final : public RealTimeHorizon<M> {
     return most.value();
   }
 
-  void publish() {
+  // False: the covariance is that without bounds, and there is none where only a bound held the program together.
+  bool take_solution() {
     const int last = rows_.size() - 1;
     Matrix<double, n> covariance;
     Matrix<double, n> factors = box_.curvature;
-    BoxProgram<n>::factorise(factors);
+    if (!BoxProgram<n>::factorise(factors)) return false;
     for (int r = 0; r < n; ++r) {
       State column = phi_.row(r).transpose();
       BoxProgram<n>::substitute(factors, column);
@@ -411,7 +411,7 @@ class RtiSingleShooting final : public RealTimeHorizon<M> {
       }
     }
     this->estimate_ = {this->state(last), covariance};
-    this->settle(EstimateStatus::kValid);
+    return true;
   }
 
   State arrival_weight_, arrival_ = State::Zero(), inverse_scale_ = State::Ones();

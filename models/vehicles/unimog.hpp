@@ -2,8 +2,8 @@
 // of the vehicle on it (document 002, chapter 7).
 //
 //   T  = demand * T_m(w_m) * eta_t i_cx i_dif / 4,   w_m = max(w i_cx i_dif, w_idle)       (eqs 7.3-7.10)
-//   J w' = T - mu(l) N r - T_rol,   N = m g cos a,   m v' = mu(l) N - R_aer - m g sin a,   s' = v   (eqs 3.11-3.15, l of
-//   eq. 3.1) T  = -T_b sgn w while it brakes, with the clutch open
+//   T  = -T_b sgn w while it brakes, with the clutch open;   J w' = T - mu(l) N r - T_rol,   N = m g cos a
+//   m v' = mu(l) N - R_aer - m g sin a,   s' = v                                          (eqs 3.11-3.15, l of eq. 3.1)
 //
 // State: wheel speed w, vehicle speed v, distance s. Mode: the gear, whether the clutch slips at idle, whether it brakes, the
 // stretch of road. Events: upshift when the engine reaches the shift speed from below; the clutch closes or opens at idle
