@@ -26,8 +26,10 @@ struct Experiment {
 
 Scenario scenario_of(const Experiment& e) {
   Scenario scenario = load_scenario_file(std::string(SLIPSTREAM_SOURCE_DIR) + "/scenarios/" + e.scenario + ".toml").scenario;
-  if (e.wheel_alone)
+  if (e.wheel_alone) {
     scenario.estimator.process = WheelFriction{std::get<LongitudinalFriction>(scenario.estimator.process).wheel};
+    for (auto& [name, tuning] : scenario.estimator.tunings) tuning.process.reset();  // which would come before it
+  }
   return scenario;
 }
 
