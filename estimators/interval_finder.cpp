@@ -55,9 +55,9 @@ void IntervalFinder::fill(std::span<const double> x, std::span<const double> wei
   bucket_weight_.fill(0.0);
   const double scale = static_cast<double>(kSide) / (reach - inner);
   for (std::size_t o = 0; o < outer_count_; ++o) {
-    const double off = values[outer_[o]] - mean, beyond = (std::abs(off) - inner) * scale;
-    const auto k = static_cast<std::int32_t>(beyond < kSide - 1 ? std::max(beyond, 0.0) : kSide - 1);
-    bucket_of_[o] = off < 0.0 ? kSide - 1 - k : kSide + k;
+    const double off = values[outer_[o]] - mean;
+    const double beyond = std::min(std::max(0.0, (std::abs(off) - inner) * scale), kSide - 0.5);
+    bucket_of_[o] = static_cast<std::int32_t>(kSide + std::copysign(beyond, off));
     bucket_weight_[static_cast<std::size_t>(bucket_of_[o])] += weights[outer_[o]];
   }
 }
