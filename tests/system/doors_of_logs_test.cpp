@@ -42,7 +42,8 @@ TEST(Doors, ALogCutOffInTheMiddle) {
   play_short(bench, {"--set", "run.duration_s=0.5"});
   const std::string cut = bench.path("cut.lcm");
   std::filesystem::copy_file(bench.path("out/run.lcm"), cut);
-  const auto size = std::filesystem::file_size(cut) * 6 / 10;
+  auto size = std::filesystem::file_size(cut) * 6 / 10;
+  if (text_of(cut).compare(size, 4, "\xED\xA1\xDA\x01") == 0) ++size;  // between two events: into the next
   std::filesystem::resize_file(cut, size);
   const std::string said =
       refused_line(bench, {Bench::program("estimator"), "--lcm-url", url_of(cut), "--out", bench.path("new.lcm")});
